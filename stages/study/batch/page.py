@@ -8,23 +8,18 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from ....pipeline.core.figures import label_of
+from ....pipeline.core.figures import GROUPS, label_of
 from ....pipeline.core.measures import Measure, half_bar, shown
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
-from ....pipeline.signals.angles import MIDLINE
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.words import ERRORS_OF_ANGLES
+from .manifest import LABELS
 from .study import doubts, name_of
 
-_ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
-_LEGS, _ARMS, _MIDDLE, _MOVEMENTS = _PARTS = (
-    "ranges of legs", "ranges of arms", "ranges of trunk and pelvis", "walking and repetitions",
-)  # fmt: skip
 _MOST = 20  # names of runs in a sentence
 _LEVELLED = {True: "yes", False: "no", None: None}
-_LABELS = ("subject", "visit", "condition")
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -43,7 +38,7 @@ def as_page(title: str, rows: Rows) -> str:
 
 
 def _head(rows: Rows, done: Rows) -> Markup:
-    named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
+    named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in LABELS}
     about = [how_many(len(names), label) for label, names in named.items() if names]
     unsure = [
         f"{how_many(len(runs), 'run')} {what}: {'; '.join(map(name_of, runs[:_MOST]))}"
@@ -76,7 +71,7 @@ def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> Markup:
     kept = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
     if not kept:
         return Markup("")
-    labels = [label for label in _LABELS if any(row[label] for row in rows)]
+    labels = [label for label in LABELS if any(row[label] for row in rows)]
     lines = [
         [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in kept.values())]
         for i, row in enumerate(rows)
@@ -109,32 +104,29 @@ def _takes(rows: Rows) -> Markup:
 
 
 def _figures(rows: Rows) -> Markup:
-    """A table for each part of the body, and one of all movements."""
-    parts: dict[str, dict[str, list[Cell]]] = {part: {} for part in _PARTS}
+    """A table for each group of the catalogue of figures."""
+    groups: dict[str, dict[str, list[Cell]]] = {group: {} for group in GROUPS}
     for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
         cells = [_cell(row.get("measures", {}).get(key)) for row in rows]
-        parts[_part(measure)][_named(measure)] = cells
-    tables = [heading(part) + _table(rows, columns) for part, columns in parts.items() if columns]
-    words = (
+        groups[measure.group[0]][_named(measure)] = cells
+    tables = [
+        heading(GROUPS[group].title.capitalize()) + _table(rows, columns)
+        for group, columns in groups.items()
+        if columns
+    ]
+    about = (
         "Ranges are from the 5th to the 95th percentile of the frames; the truth lies within ± in nine of ten cases. "
         "study.csv and study.parquet have all figures."
     )
-    return small(words) + joined(tables) if tables else Markup("")
-
-
-def _part(measure: Measure) -> str:
-    group, *inner = measure.group
-    if group != "range_of_motion":
-        return _MOVEMENTS
-    return _MIDDLE if inner[0] in MIDLINE else _ARMS if inner[0][2:].startswith(_ARM) else _LEGS
+    return small(about) + joined(tables) if tables else Markup("")
 
 
 def _named(measure: Measure) -> str:
-    """A measure with its unit, such as "walking: cadence (steps/min)"."""
+    """A measure with its unit, such as "right: cadence (steps/min)"; of ranges the angle."""
     group, *inner = measure.group
     if group == "range_of_motion":
         return f"{label_of(inner[0])} (°)"
-    return f"{' '.join(map(label_of, [*inner, group]))}: {measure.about.label_with_unit()}"
+    return ": ".join([*map(label_of, inner), measure.about.label_with_unit()])
 
 
 def _cell(measure: Measure | None) -> Cell:

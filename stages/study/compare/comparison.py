@@ -176,8 +176,8 @@ def _beyond(pair: Pair) -> list[Notice]:
     common_s, longest_s = float(spans[:, 1].min() - spans[:, 0].max()), float(np.ptp(spans, axis=1).max())
     if common_s >= _MOSTLY * longest_s:
         return []
-    names = {"run": pair.side.name, "other": pair.reference.name}
-    return [notice("partly-common", **names, common_s=common_s, longest_s=longest_s)]
+    names = (pair.side.name, pair.reference.name)
+    return [notice("partly-common", run=names[0], other=names[1], common_s=common_s, longest_s=longest_s)]
 
 
 def _spread(reference: Side, pairs: list[Pair]) -> dict[str, float]:
