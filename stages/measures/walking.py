@@ -68,34 +68,28 @@ def walking(
 ) -> list[Row]:
     """The group `walking`. walks: of the gait. belt_speed: a treadmill's, where the user gives it, in the unit
     of the poses a second. why_sides: a code of WITHHELD where right and left are not compared."""
-    apart = separation(motion.body, motion.times, motion.seams)[:, 0]
     if not motion.rectified.level_ok:
-        return [observable(np.zeros(len(apart), dtype=bool))]
+        return [observable(np.zeros(len(motion.times), dtype=bool))]
     judged = observable(motion.has(_LEGS))
     if not walks:
         return [judged]
-    said = _means(motion, gait)
-    values, strides = time_values(gait), gait.strides
-    timed = len(strides) >= _STRIDES[gait.kind]
-    phases = _phases(gait) if said.errors or timed else ()
-    lengths, over_floor, share = _lengths(motion, gait, belt_speed, said)
-    quick = motion.source.lifted and gait.kind == "walking" and said.style["step_time_s"] < _QUICK_S
-    back = backward_steps(gait, apart, motion.times)
-    indices = _symmetries(said, {**values, **lengths})
-    if why_sides:
-        indices = [withheld(why_sides, row.name.removesuffix("_withheld")) for row in indices]
+    lengths, over_floor, share = _lengths(motion, gait, belt_speed)
+    means = _means(motion, gait, lengths, share)
+    enough = len(gait.strides) >= _STRIDES[gait.kind]
+    phases = _phases(gait) if means.errors or enough else ()
+    quick = motion.source.lifted and gait.kind == "walking" and means.style["step_time_s"] < _QUICK_S
+    back = backward_steps(gait, separation(motion.body, motion.times, motion.seams)[:, 0], motion.times)
     return [
         judged,
         Remark("gait", "walking or running" if quick or gait.mixed else gait.kind),
         *_counted(walks),
         *([Measure("backward_steps", back)] if back else []),
         *over_floor,
-        *said(lengths, _OF_BOTH, share=share),
-        _cadence(said, values, timed),
-        *said(values, (*_TIMES, *phases) if phases else ()),
-        *([] if phases else [withheld("error-unknown", "timing")]),
-        *indices,
-        *_sides(motion, gait, said, values, lengths, phases, share),
+        *means.rows(_OF_BOTH),
+        means.cadence() if enough else withheld("few-strides", "cadence"),
+        *(means.rows((*_TIMES, *phases)) if phases else [withheld("error-unknown", "timing")]),
+        *means.symmetries(why_sides),
+        *_sides(motion, gait, means, phases),
         *_curves(motion, gait),
     ]
 
@@ -125,22 +119,14 @@ def _phases(gait: Gait) -> tuple[str, ...]:
     return (*_PHASES, *[both] * (not gait.mixed))
 
 
-def _sides(
-    motion: Motion,
-    gait: Gait,
-    said: _Means,
-    values: Values,
-    lengths: Values,
-    phases: tuple[str, ...],
-    share: float,
-) -> Iterator[Row]:
+def _sides(motion: Motion, gait: Gait, means: _Means, phases: tuple[str, ...]) -> Iterator[Row]:
     for words, side in SIDES.items():
         strides = [stride for stride in gait.strides if stride.side == side]
         rows: list[Row] = [
             Measure("steps", sum(step.side == side for step in gait.steps)),
             Measure("strides", len(strides)),
-            *said(values, ("step_time_s", "stance_time_s", *phases) if phases else (), side),
-            *said(lengths, ("step_length",), side, share),
+            *means.rows(("step_time_s", "stance_time_s", *phases) if phases else (), side),
+            *means.rows(("step_length",), side),
             *peaks(motion.columns, motion.times, strides, motion.seams, unknown_deg(motion)),
             moments("stride_start", (stride.start_s for stride in strides)),
             moments("stride_stop", (stride.stop_s for stride in strides)),
@@ -176,24 +162,24 @@ def peaks(
     """
     result: list[Row] = []
     for name, (part, sign, span) in _PEAKS.items():
-        values, errors, numbers = [], [], []
+        found = []
         for number, stride in enumerate(strides):
-            angle = f"{stride.side}_{part}"
-            begin_s, end_s = span(stride)
+            angle, (begin_s, end_s) = f"{stride.side}_{part}", span(stride)
             if f"{angle}_deg" not in columns or not np.isfinite([begin_s, end_s]).all():
                 continue
-            at_s = np.linspace(begin_s, end_s, POINTS) if end_s > begin_s else np.array([begin_s])
-            both = [resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")]
-            if np.isfinite(both[0]).all():
-                at = int(np.argmax(sign * both[0]))
-                values.append(float(both[0][at]))
-                errors.append(float(both[1][at]))
-                numbers.append(number)
-        known = bool(np.isfinite(errors).all())
-        for value, error, number in zip(values, errors, numbers, strict=True):
-            one = with_error(name, value, error)
-            result.append(Measure(name, one.value, one.error if known else None, number=number))
-        result += spread(name, np.array(values), shared=known_median(np.array(errors)) if known else unknown)
+            at_s = np.linspace(begin_s, end_s, POINTS if end_s > begin_s else 1)
+            values, errors = (
+                resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")
+            )
+            if np.isfinite(values).all():
+                at = int(np.argmax(sign * values))
+                found.append((number, float(values[at]), float(errors[at])))
+        own = np.array(found).reshape(-1, 3)
+        known = bool(np.isfinite(own[:, 2]).all())
+        result += [
+            Measure(name, value, error if known else None, number=number) for number, value, error in found
+        ]
+        result += spread(name, own[:, 1], shared=known_median(own[:, 2]) if known else unknown)
     return result
 
 
@@ -227,39 +213,93 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 
-def _means(motion: Motion, gait: Gait) -> _Means:
-    source = motion.source
+def _means(motion: Motion, gait: Gait, lengths: Values, share: float) -> _Means:
+    """lengths, share: of `_lengths`."""
+    source, times = motion.source, time_values(gait)
     R_camera_from_body = source.frame.basis.T @ motion.rectified.R_source_from_body
-    depth = depth_of_steps(R_camera_from_body, motion.times, gait.walks) if source.lifted else 0.0
-    root_sd, share = _path_error(motion, gait)
-    style = style_of(time_values(gait))
-    return _Means(gait.kind, errors_of(source), leg_length(motion.body), root_sd, share, depth, style)
+    return _Means(
+        gait.kind,
+        times | lengths,
+        errors_of(source),
+        leg_length(motion.body),
+        _path_error(motion, gait)[0],
+        share,
+        depth_of_steps(R_camera_from_body, motion.times, gait.walks) if source.lifted else 0.0,
+        style_of(times),
+    )
 
 
 @dataclass(frozen=True)
 class _Means:
-    """Means of gait figures with their errors. gait: "walking" or "running". errors: those of the poses' source; None
-    states none. leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. path_share:
-    of lengths, that the path makes wrong in all alike. depth: errors.depth_of_steps. style: errors.style_of the
-    values."""
+    """Means of gait figures with their errors. gait: "walking" or "running". values: of models.gait.gait, by their
+    names there. errors: those of the poses' source; None states none. leg: length of a leg, root_sd: of the pelvis
+    path, in the poses' unit, NaN where unknown. share: of lengths and speed, that is wrong in all alike. depth:
+    errors.depth_of_steps. style: errors.style_of the values."""
 
     gait: str
+    values: Values
     errors: GaitErrors | None
     leg: float
     root_sd: float
-    path_share: float
+    share: float
     depth: float
     style: dict[str, float]
 
-    def error(self, name: str, count: int, both: np.ndarray, of_side: bool = False) -> float:
-        """Of the mean of `count` values, of both sides or of one; NaN where none is stated. both: (N,) both sides'."""
-        if self.errors is None:
-            return float("nan")
-        own = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, scatter(both))
-        own = np.hypot(own, self.errors.side(self.gait, name, self.depth)) if of_side else own
+    def rows(self, names: Sequence[str], side: str | None = None) -> Iterator[Row]:
+        """`mean_<name>` (walking_speed by its own name), its error, and `deviation`, where that is larger than one
+        value's error. side: of one side only."""
+        for name in names:
+            if not len(found := self._found(name, side)):
+                continue
+            plain, mean = _NAMED[name], float(found.mean())
+            figure = plain if name == "walking_speed" else f"mean_{plain}"
+            share = self.share * mean if name in OF_LENGTH else 0.0
+            row = with_error(figure, mean, float(np.hypot(self._error(name, side), share)))
+            if name in OF_LENGTH and row.bar is not None and row.bar >= mean:
+                yield withheld("error-too-large", figure)
+                continue
+            yield row
+            if name != "walking_speed":
+                yield from deviation(plain, found, self._single(name))
+
+    def cadence(self) -> Row:
+        """Steps a minute by the mean step time."""
+        mean = float(self._found("step_time_s").mean())
+        return with_error("cadence", 60 / mean, 60 / mean**2 * self._error("step_time_s"))
+
+    def symmetries(self, why: str) -> list[Row]:
+        """Of the sides' step and stance times and step lengths, of two steps of each side or more. why: a code of
+        WITHHELD where they are not compared."""
+        result: list[Row] = []
+        for name in ("step_time_s", "stance_time_s", "step_length"):
+            sides = [self._found(name, side) for side in SIDES.values()]
+            if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
+                right, left = (float(found.mean()) for found in sides)
+                result += symmetry(right, left, self._difference_error(name, *sides), of=f"{_NAMED[name]}_")
+        return [withheld(why, row.name.removesuffix("_withheld")) for row in result] if why else result
+
+    def _found(self, name: str, side: str | None = None) -> np.ndarray:
+        """The known values of both sides, or of one."""
+        sides = SIDES.values() if side is None else [side]
+        values = [self.values[name][each] for each in sides] if name in self.values else [np.empty(0)]
+        found = np.concatenate(values)
+        return found[np.isfinite(found)]
+
+    def _in_unit(self, name: str, own: float) -> float:
+        """An error that is stated in lengths of the leg, in the poses' unit."""
         return float(self.leg * own if name in OF_LENGTH else own)
 
-    def difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
+    def _error(self, name: str, side: str | None = None) -> float:
+        """Of the mean of both sides or of one; NaN where none is stated."""
+        if self.errors is None:
+            return float("nan")
+        count, spread = len(self._found(name, side)), scatter(self._found(name))
+        own = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, spread)
+        return self._in_unit(
+            name, own if side is None else float(np.hypot(own, self.errors.side(self.gait, name, self.depth)))
+        )
+
+    def _difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
         """Of the mean of the right side's values less that of the left's; NaN where none is stated."""
         if self.errors is None or (name in OF_LENGTH and np.isnan(self.root_sd)):
             return float("nan")
@@ -267,73 +307,16 @@ class _Means:
         off = np.concatenate([side - side.mean() for side in (right, left)])
         spread = scatter(off) * float(np.sqrt((len(off) - 1) / (len(off) - 2))) if len(off) > 2 else np.nan
         own = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
-        return float(self.leg * own if name in OF_LENGTH else own)
+        return self._in_unit(name, own)
 
-    def single(self, name: str) -> float:
+    def _single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's; NaN where that is not known."""
         if self.errors is None:
             return float("nan")
         own = self.errors.mean(self.gait, name, 1)
-        if name not in OF_LENGTH:
-            return own
-        return self.leg * own if np.isfinite(own) else 0.0  # lengths of measured poses are of the person
-
-    def __call__(
-        self, values: Values, names: Sequence[str], side: str | None = None, share: float = 0.0
-    ) -> list[Row]:
-        """`mean_<name>` (walking_speed by its own name), its error, and `deviation`, where that is larger than one
-        value's error. side: of one side only. share: of the mean, what may be wrong
-        in all values alike."""
-        result: list[Row] = []
-        for name in names:
-            if name not in values:
-                continue
-            both = _both(values, name)
-            found = _finite(values[name][side]) if side else both
-            if not len(found):
-                continue
-            plain = _NAMED[name]
-            mean, own = float(found.mean()), self.error(name, len(found), both, side is not None)
-            figure = plain if name == "walking_speed" else f"mean_{plain}"
-            row = with_error(figure, mean, float(np.hypot(own, share * mean)))
-            if name in OF_LENGTH and row.bar is not None and row.bar >= mean:
-                result.append(withheld("error-too-large", figure))
-                continue
-            result.append(row)
-            if name != "walking_speed":
-                result += deviation(plain, found, self.single(name))
-        return result
-
-
-def _finite(values: np.ndarray) -> np.ndarray:
-    return values[np.isfinite(values)]
-
-
-def _both(values: Values, name: str) -> np.ndarray:
-    return _finite(np.concatenate([values[name][side] for side in SIDES.values()]))
-
-
-def _symmetries(said: _Means, values: Values) -> list[Row]:
-    """Symmetry indices of the sides' step and stance times and step lengths, of two steps of each side or more."""
-    result: list[Row] = []
-    for name in ("step_time_s", "stance_time_s", "step_length"):
-        sides = [_finite(values[name][side]) if name in values else np.empty(0) for side in SIDES.values()]
-        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
-            right, left = (found.mean() for found in sides)
-            error = said.difference_error(name, *sides)
-            result += symmetry(float(right), float(left), error, of=f"{_NAMED[name]}_")
-    return result
-
-
-def _cadence(said: _Means, values: Values, timed: bool) -> Row:
-    """Steps a minute by the mean step time. timed: whether there are strides enough."""
-    if not timed:
-        return withheld("few-strides", "cadence")
-    step_time = _both(values, "step_time_s")
-    mean = float(step_time.mean())
-    return with_error(
-        "cadence", 60 / mean, 60 / mean**2 * said.error("step_time_s", len(step_time), step_time)
-    )
+        if name in OF_LENGTH and not np.isfinite(own):
+            return 0.0  # lengths of measured poses are of the person
+        return self._in_unit(name, own)
 
 
 def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
@@ -348,9 +331,7 @@ def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
     return path_error(path.points, path.covariance, axis, *path.shared, filtered.times, gait.walks)
 
 
-def _lengths(
-    motion: Motion, gait: Gait, belt_speed: float | None, said: _Means
-) -> tuple[Values, list[Row], float]:
+def _lengths(motion: Motion, gait: Gait, belt_speed: float | None) -> tuple[Values, list[Row], float]:
     """Lengths and speed of the walks, what is said of the belt or why there are none, and the share by which they are
     all off alike. belt_speed: of `walking`."""
     filtered, rectified = motion.filtered, motion.rectified
@@ -364,14 +345,14 @@ def _lengths(
     ahead = ahead / np.linalg.norm(ahead)
     path, belt = over_belt(root, ankles, motion.times, gait, ahead, belt_speed, motion.seams)
     values = length_values(gait, path, ankles, motion.times, motion.seams)
-    if not len(_both(values, "step_length")):
+    if not any(np.isfinite(of).any() for of in values["step_length"].values()):
         return {}, [withheld("place-unknown", "lengths")], 0.0
+    of_path = _path_error(motion, gait)[1]
     if not belt:
-        return values, [], said.path_share
-    share = 0.0 if belt_speed is not None else float("nan")
-    if belt_speed is None and motion.source.lifted and said.errors:
-        share = _BELT_SHARE
+        return values, [], of_path
+    how, share = "its speed was given", 0.0
+    if belt_speed is None:
+        how = "its speed is that at which the standing foot drifts back"
+        share = _BELT_SHARE if motion.source.lifted and errors_of(motion.source) else float("nan")
     speed = with_error("belt_speed", belt, share * belt or float("nan"))
-    how = "its speed is that at which the standing foot drifts back"
-    how = how if belt_speed is None else "its speed was given"
-    return values, [speed, Remark("belt", how)], float(np.hypot(said.path_share, share))
+    return values, [speed, Remark("belt", how)], float(np.hypot(of_path, share))

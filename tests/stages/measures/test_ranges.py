@@ -43,6 +43,17 @@ def test_sides_are_compared_where_both_were_seen(deeper, seen, why):
     assert ("symmetry_index_percent" in knee) == (why is None)
 
 
+def test_a_range_whose_extremes_are_not_seen_is_withheld():
+    """Of a runner the knee was known in stance alone, "17 to 60", true 95; gaps anywhere take nothing from a range."""
+    time_s = np.arange(180) / 30
+    knee = 50 - 45 * np.cos(2 * np.pi * time_s)
+    swing, anywhere = knee > 80, np.isin(np.arange(180) % 45, range(12))
+    for hidden, why in ((swing, "frames-missing"), (anywhere, ""), (knee < 15, "frames-missing")):
+        motion = motion_with({name: np.where(hidden, np.nan, knee) for name in ANGLES}, time_s)
+        assert 0.05 < hidden.mean() < 0.4
+        assert ranges(motion)["r_knee_flexion"].why == why
+
+
 def unsure(take: Take, joint: str, share: float, detector: str = "movenet@0") -> Take:
     """The detector is unsure of that joint in a share of the frames, in a row."""
     confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
