@@ -19,13 +19,12 @@ _SIDES = {"right": "r_", "left": "l_"}
 
 @dataclass(frozen=True)
 class Event:
-    """row: of the poses. words: what it is. angle: the angle to be written on the picture, "" for none, at `joint`.
+    """row: of the poses. words: what it is. angle: the angle to be told beside it, "" for none.
     at_s: when it was, as measured; None where it is a row's time."""
 
     row: int
     words: str
     angle: str = ""
-    joint: str = ""
     at_s: float | None = None
 
 
@@ -74,14 +73,14 @@ def _bends(take: Take, bends: Measures) -> Iterator[Event]:
     both = [_column(take, f"{side}knee_flexion") for side in _SIDES.values()]
     for row in _peaks(take, np.fmin(*both), _spans(bends)):
         side = "l_" if both[1][row] < both[0][row] else "r_"  # the less bent one, which is counted
-        yield Event(row, "knees bent", f"{side}knee_flexion", f"{side}knee")
+        yield Event(row, "knees bent", f"{side}knee_flexion")
 
 
 def _arms(take: Take, arms: Measures) -> Iterator[Event]:
     for side, short in _SIDES.items():
         angle = f"{short}shoulder_elevation"
         for row in _peaks(take, _column(take, angle), _spans(arms.group(side))):
-            yield Event(row, f"{side} arm raised", angle, f"{short}shoulder")
+            yield Event(row, f"{side} arm raised", angle)
 
 
 def _landings(take: Take, walking: Measures) -> Iterator[Event]:
@@ -91,8 +90,7 @@ def _landings(take: Take, walking: Measures) -> Iterator[Event]:
     middle = len(landed) // 2
     for at_s, side in landed[middle:] + landed[:middle]:
         row = int(nearest_row(take.need("poses").times, at_s))
-        knee = f"{_SIDES[side]}knee"
-        yield Event(row, f"{side} foot lands", f"{knee}_flexion", knee, at_s)
+        yield Event(row, f"{side} foot lands", f"{_SIDES[side]}knee_flexion", at_s)
 
 
 def _spans(group: Measures) -> list[tuple[float, float]]:

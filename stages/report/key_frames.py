@@ -29,7 +29,6 @@ _APART = 0.04  # of the take: closer to an event, another frame shows the same
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
 _QUALITY = 82  # of JPEG
-_GAP = 9  # pixels between a joint and what is written beside it
 _WHITE = (255, 255, 255)
 
 
@@ -84,7 +83,7 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     if image is not None:
         around = None if take.keypoints is None else _found(take, frame)
         words = f"Frame {frame} of the video with the 2D keypoints"
-        before = picture(jpeg(image, flat, layout, angle, event.joint, around), "jpeg", words)
+        before = picture(jpeg(image, flat, layout, around), "jpeg", words)
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
@@ -134,15 +133,12 @@ def jpeg(
     image: np.ndarray,
     keypoints: np.ndarray,
     layout: Layout,
-    angle: str = "",
-    joint: str = "",
     around: np.ndarray | None = None,
     side: int = _SIDE,
     quality: int = _QUALITY,
 ) -> bytes:
-    """A small JPEG, its longer side of so many pixels, with keypoints (J, 2) drawn on it, and an angle in words beside
-    its joint; of what is around the points `around` (N, 2), or else these; of all of the image (H, W, 3) RGB where
-    there are none."""
+    """A small JPEG, its longer side of so many pixels, with keypoints (J, 2) drawn on it; of what is around the points
+    `around` (N, 2), or else these; of all of the image (H, W, 3) RGB where there are none."""
     import cv2
 
     around = keypoints if around is None else around
@@ -159,47 +155,7 @@ def jpeg(
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
             for colour, width in ((_WHITE, 4), (palette.side_colour(*bone)[::-1], 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
-    if angle and joint in layout and np.isfinite(at[layout.index(joint)]).all():
-        _write(small, angle.rstrip("\u00b0"), at, layout, joint)
     return _encoded(small, quality)
-
-
-def _write(image: np.ndarray, number: str, at: np.ndarray, layout: Layout, joint: str) -> None:
-    """The number of degrees, white on a dark plate with a rim in the side's colour: read on every ground. No font of
-    OpenCV has the sign, so it is drawn."""
-    import cv2
-
-    font, size, edge = cv2.FONT_HERSHEY_SIMPLEX, 0.9, 6
-    (width, height), _ = cv2.getTextSize(number, font, size, 2)
-    plate = np.array([width + 10 + 2 * edge, height + 2 * edge])
-    left, top = _beside(plate, image.shape[1::-1], at, layout, joint)
-    ends = (left, top), (left + int(plate[0]) - 1, top + int(plate[1]) - 1)
-    cv2.rectangle(image, *ends, palette.DARK[::-1], -1)
-    cv2.rectangle(image, *ends, palette.side_colour(joint)[::-1], 2)
-    cv2.putText(image, number, (left + edge, top + edge + height), font, size, _WHITE, 2, cv2.LINE_AA)
-    cv2.circle(image, (left + edge + width + 4, top + edge + 3), 4, _WHITE, 1, cv2.LINE_AA)
-
-
-def _beside(
-    plate: np.ndarray, size: tuple[int, ...], at: np.ndarray, layout: Layout, joint: str
-) -> tuple[int, int]:
-    """Corner of a plate on a joint's outer side: away from the other side's joint or, where the two are one behind the
-    other, from the body's middle; at the joint's height, or lower or higher where it hides less of the skeleton."""
-    own = at[layout.index(joint)]
-    out = own[0] - at[layout.mirror[layout.index(joint)], 0]
-    if not abs(out) > _GAP:
-        out = own[0] - np.nanmean(at[:, 0])
-    left = own[0] + _GAP if out > 0 else own[0] - _GAP - plate[0]
-    bones = [np.linspace(at[layout.index(a)], at[layout.index(b)], 30) for a, b in layout.bones]
-    lines = np.concatenate([bone for bone in bones if np.isfinite(bone).all()] or [own[None]])
-
-    def hidden(corner: np.ndarray) -> int:
-        return int(((lines >= corner - 2) & (lines <= corner + plate + 2)).all(axis=1).sum())
-
-    tops = own[1] - plate[1] / 2 + np.array([0, 1, -1]) * plate[1]
-    places = [np.clip([left, top], 0, np.maximum(np.array(size) - plate, 0)) for top in tops]
-    x, y = min(places, key=hidden).astype(int)
-    return int(x), int(y)
 
 
 def lines_jpeg(image: np.ndarray) -> bytes:

@@ -16,7 +16,7 @@ from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_from
 from pcnet3d.stages.drawing.skeletons import key_rows
-from pcnet3d.stages.report.key_frames import _crop, jpeg, keypoints_at
+from pcnet3d.stages.report.key_frames import jpeg, keypoints_at
 from pcnet3d.stages.report.stage import report
 from refusals import refused
 
@@ -159,72 +159,6 @@ def test_keypoints_are_drawn_where_they_are():
     assert off.max() < 5
     assert orange[:, 1].min() == pytest.approx(ends[0, 0], abs=6)
     assert orange[:, 1].max() == pytest.approx(ends[1, 0], abs=6)
-
-
-STANDING = {"r_hip": (135, 100), "l_hip": (165, 100), "r_knee": (130, 150), "l_knee": (170, 150),
-            "r_ankle": (130, 200), "l_ankle": (170, 200), "r_shoulder": (120, 30), "l_shoulder": (180, 30),
-            "r_elbow": (85, 30), "r_wrist": (50, 30), "pelvis": (150, 100), "thorax": (150, 30)}  # fmt: skip
-
-
-def written(joint: str, ground: int = 128, right: int = 0, **moved: tuple[int, int]):
-    """Columns and rows (2, 2) of what is written at a joint of one who stands, its pixels, and the joints (17, 2) in
-    that picture; the image begins at the column `right`."""
-    image = np.full((220, 300, 3), ground, np.uint8)[:, right:]
-    points = np.full((17, 2), np.nan)
-    for name, place in (STANDING | moved).items():
-        points[H36M17.index(name)] = np.subtract(place, (right, 0))
-    plain, shown = (
-        cv2.imdecode(np.frombuffer(jpeg(image, points, H36M17, *told), np.uint8), cv2.IMREAD_COLOR).astype(
-            int
-        )
-        for told in ((), ("18\u00b0", joint))
-    )
-    # JPEG spreads a change over its blocks, but little of it.
-    rows, columns = np.nonzero(np.abs(shown - plain).max(axis=2) > 60)
-    box = np.array([[columns.min(), rows.min()], [columns.max(), rows.max()]])
-    corner, size = _crop(image.shape[1::-1], points[np.isfinite(points).all(axis=1)])
-    at = (points - corner) * 360 / max(size)
-    return box, shown[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1], at
-
-
-@pytest.mark.parametrize("ground", [0, 40, 128, 255])
-@pytest.mark.parametrize("joint", ["r_knee", "l_knee"])
-def test_an_angle_stands_on_the_outer_side_of_its_joint_in_its_colour(joint, ground):
-    box, plate, at = written(joint, ground)
-    x, y = at[H36M17.index(joint)]
-    inner = x - box[1, 0] if joint == "r_knee" else box[0, 0] - x
-    assert 3 < inner < 16
-    assert box[0, 1] < y < box[1, 1]
-    redder = plate[..., 2] - plate[..., 0]
-    assert (redder > 90).sum() > 100 if joint == "r_knee" else (redder < -90).sum() > 100
-    light = plate[6:-6, 6:-6].mean(axis=2)
-    assert np.percentile(light, 50) < 50
-    assert np.percentile(light, 95) > 220
-
-
-def test_the_sign_of_degrees_is_smaller_than_the_digits_and_beside_them():
-    _, plate, _ = written("l_knee")
-    bright = (plate[4:-4, 4:-4].min(axis=2) > 130).astype(np.uint8)
-    _, _, found, _ = cv2.connectedComponentsWithStats(bright)
-    *_, digit, sign = sorted(found[1:], key=lambda one: one[cv2.CC_STAT_LEFT])
-    assert sign[cv2.CC_STAT_HEIGHT] < 0.55 * digit[cv2.CC_STAT_HEIGHT]
-    assert sign[cv2.CC_STAT_TOP] <= digit[cv2.CC_STAT_TOP] + 2
-    assert 0 < sign[cv2.CC_STAT_LEFT] - digit[cv2.CC_STAT_LEFT] - digit[cv2.CC_STAT_WIDTH] < 6
-
-
-@pytest.mark.parametrize(
-    ("joint", "right", "moved"),
-    [
-        ("r_shoulder", 0, {}),  # the arm is stretched out to where the angle would stand
-        ("r_knee", 118, {}),  # at the image's edge
-        ("r_knee", 0, {"r_knee": (100, 130), "l_knee": (102, 130)}),  # a squat from the side
-    ],
-)
-def test_an_angle_hides_no_joint(joint, right, moved):
-    box, plate, at = written(joint, right=right, **moved)
-    assert plate.shape[1] > 40
-    at = at[np.isfinite(at).all(axis=1)]
-    assert not ((at > box[0]) & (at < box[1])).all(axis=1).any()
 
 
 @pytest.mark.parametrize(
