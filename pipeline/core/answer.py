@@ -125,7 +125,7 @@ def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
         every = squats is not None and squats.value == count.value
         some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
         what = _many(count, "squat" if every else "knee bend")
-        yield int(count.value), f"{what}{some}{_peaks(bends, ', less bent knee to')}."
+        yield int(count.value), f"{what}{some}{_peaks(bends, ' of the less bent knee')}."
     yield from _held(bends, "Knees held bent")
 
 
@@ -134,13 +134,12 @@ def _raised(arms: Measures) -> Iterator[tuple[int, str]]:
     counts = [of.figure("count") for of in sides]
     right, left = counts
     if right and left and _many(right, "") == _many(left, "") and _together(*sides):
-        peaks = " and".join(f"{_peaks(of, ' to')} ({side})" for of, side in zip(sides, _SIDES, strict=True))
-        known = all(of.repetitions("peak") for of in sides)
-        yield int(right.value), f"{_many(right, 'raise')} of both arms{peaks if known else ''}."
+        peaks = "".join(_peaks(of, f" of the {side}") for of, side in zip(sides, _SIDES, strict=True))
+        yield int(right.value), f"{_many(right, 'raise')} of both arms{peaks}."
     else:
         for side, of, count in zip(_SIDES, sides, counts, strict=True):
             if count:
-                yield int(count.value), f"{_many(count, 'raise')} of the {side} arm{_peaks(of, ' to')}."
+                yield int(count.value), f"{_many(count, 'raise')} of the {side} arm{_peaks(of)}."
     for side, of in zip(_SIDES, sides, strict=True):
         yield from _held(of, f"{side.capitalize()} arm held up")
 
@@ -169,13 +168,13 @@ def _jumped(jumps: Measures) -> Iterator[tuple[int, str]]:
         yield int(count.value), f"{_many(count, 'jump')}{high}."
 
 
-def _peaks(of: Measures, to: str) -> str:
-    """Such as " to 95 to 102 ± 11°", of those that are known."""
+def _peaks(of: Measures, what: str = "") -> str:
+    """Such as ", peaks 95 to 102 ± 11°", of those that are known. what: whose, where that is not said before."""
     peaks = of.repetitions("peak")
     if not peaks:
         return ""
     some = f" ({len(peaks)} of them)" if len(peaks) < of.count() else ""
-    return f"{to} {_spread(peaks)}{some}"
+    return f", peak{'s' * (len(peaks) > 1)}{what}{some} {_spread(peaks)}"
 
 
 def _many(count: Measure, what: str) -> str:

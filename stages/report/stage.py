@@ -90,7 +90,9 @@ def _first_notes(take: Take) -> Markup:
     """What the figures of the first screen need beside them."""
     rows = [row for row in take.figures if isinstance(row, Measure)]
     stated = any(row.error is not None for row in rows)
-    of_length = not take.need("poses").frame.metric and any(row.unit in OF_LENGTH for row in rows)
+    of_length = not take.need("poses").frame.metric and any(
+        row.unit in OF_LENGTH and row.about.audience != "files" for row in rows
+    )
     return (
         small(" ".join([_ERRORS] * stated + [_NO_METRES] * of_length)) if stated or of_length else Markup("")
     )

@@ -58,21 +58,21 @@ def test_a_walk_with_its_cadence_speed_and_knees():
         (walking(backward_steps=1), "Walked 4 steps (1 backwards) in 2.4 s. Cadence 98"),
         (
             {"knee_bends": {"count": 1, "squats": 1, "peak_deg": [102.4], "peak_error_deg": [6.9]}},
-            "1 squat, less bent knee to 102 ± 11°.",
+            "1 squat, peak of the less bent knee 102 ± 11°.",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 1, "peak_deg": [55.0, 90.0, 60.0]}},
-            "3 knee bends (1 squat), less bent knee to 55 to 90°.",
+            "3 knee bends (1 squat), peaks of the less bent knee 55 to 90°.",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **UNSEEN}},
-            "3 or more squats, less bent knee to 95 to 102°.",
+            "3 or more squats, peaks of the less bent knee 95 to 102°.",
         ),
-        (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm to 80°."),
+        (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm, peak 80°."),
         (arms({"holds": {"count": 1, "longest_s": 4.0}}, {}), "Right arm held up for 4.0 s."),
         (
             arms(*[{"count": 2, "peak_deg": [150.0, 160.0]}] * 2),
-            "2 raises of both arms to 150 to 160° (right) and to 150 to 160° (left).",
+            "2 raises of both arms, peaks of the right 150 to 160°, peaks of the left 150 to 160°.",
         ),
         (
             arms({"count": 3}, {"count": 3, **UNSEEN}),
