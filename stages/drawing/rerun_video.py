@@ -48,31 +48,16 @@ class Part:
 
 
 def viewable(video: Video) -> Iterator[Part]:
-    """The video's own packets in parts (a small MP4 or MOV file as it is), or an H.264 copy with the same time stamps,
-    of what the viewer cannot play. The parts' frames are those of the video's span, in its order.
+    """The video's own packets in parts, or an H.264 copy with the same time stamps, of what the viewer cannot play. The
+    parts' frames are those of the video's span, in its order.
 
     The viewer plays H.264, H.265, AV1, VP8 and VP9 and ignores the rotation that a phone notes in the file.
     InputError when the video cannot be read, also while the parts are.
     """
     whole = video.part is None and not video.images
-    if whole and not video.rotation_deg and video.codec in _VIEWER_CODECS:
-        if (own := _as_it_is(video)) is not None:
-            return iter([own])
-        if (parts := _own_parts(video)) is not None:
-            return parts
-    return transcoded(video)
-
-
-def _as_it_is(video: Video) -> Part | None:
-    """The file itself, if it is small and the viewer finds the video's frames in it: none in other containers than MP4
-    and MOV, too many where an edit list cuts some away."""
-    import rerun as rr
-
-    if video.path.stat().st_size > PART_BYTES:
-        return None
-    # Named so because the viewer goes by the name; MOV is the same format to its parser.
-    part = _part(rr.AssetVideo(path=video.path, media_type="video/mp4"))
-    return part if len(part.stamps_ns) == len(video.time_s) else None
+    playable = whole and not video.rotation_deg and video.codec in _VIEWER_CODECS
+    parts = _own_parts(video) if playable else None
+    return transcoded(video) if parts is None else parts
 
 
 def _part(asset: rr.AssetVideo) -> Part:

@@ -9,7 +9,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from ....pipeline.core.figures import GROUPS, label_of
-from ....pipeline.core.measures import Measure, half_bar, shown
+from ....pipeline.core.measures import Measure, Side, half_bar, shown
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
@@ -81,8 +81,8 @@ def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> Markup:
 
 def _failed(rows: Rows) -> Markup:
     columns = {"exit code": [row["exit_code"] for row in rows], "why": [row["reason"] for row in rows]}
-    words = "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
-    return _table(rows, columns) + small(words) if rows else Markup("")
+    about = "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
+    return _table(rows, columns) + small(about) if rows else Markup("")
 
 
 def _takes(rows: Rows) -> Markup:
@@ -99,20 +99,19 @@ def _takes(rows: Rows) -> Markup:
         "warnings": [_count(row, WARNS) for row in rows],
         "repairs": [_count(row, ("repair",)) for row in rows],
     }
-    words = "A take's name links to its report. Click a column's heading to sort by it."
-    return _table(rows, columns) + small(words) if rows else Markup("")
+    about = "A take's name links to its report. Click a column's heading to sort by it."
+    return _table(rows, columns) + small(about) if rows else Markup("")
 
 
 def _figures(rows: Rows) -> Markup:
-    """A table for each group of the catalogue of figures."""
-    groups: dict[str, dict[str, list[Cell]]] = {group: {} for group in GROUPS}
+    """A table for each group of the catalogue of figures, and for each side."""
+    groups: dict[tuple[str, Side], dict[str, list[Cell]]] = {}
     for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
         cells = [_cell(row.get("measures", {}).get(key)) for row in rows]
-        groups[measure.group[0]][_named(measure)] = cells
+        groups.setdefault((measure.group[0], measure.side), {})[_named(measure)] = cells
     tables = [
-        heading(GROUPS[group].title.capitalize()) + _table(rows, columns)
-        for group, columns in groups.items()
-        if columns
+        heading(", ".join(filter(None, [GROUPS[group].title.capitalize(), side]))) + _table(rows, columns)
+        for (group, side), columns in groups.items()
     ]
     about = (
         "Ranges are from the 5th to the 95th percentile of the frames; the truth lies within ± in nine of ten cases. "

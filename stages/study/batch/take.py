@@ -137,7 +137,7 @@ def _kept(folder: Path) -> _Kept:
         return _Kept()
 
 
-def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
+def _hashes(entry: Entry, earlier: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
     """Of every file of the take, and of those that its recipe names: its name, a stamp of size and time, and its
     SHA-256; the hash is taken from the last time where the stamp is still the same."""
     paths = dict(entry.files)
@@ -148,7 +148,7 @@ def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[st
     hashes = {}
     for column, path in paths.items():
         stamp = _stamp(path)
-        before = known.get(column, {})
+        before = earlier.get(column, {})
         digest = before.get("sha256") if before.get("stamp") == stamp else None
         hashes[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
     return hashes
@@ -157,9 +157,9 @@ def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[st
 def _stamp(path: Path) -> str:
     digest = hashlib.sha256()
     for part in [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file()):
-        told = part.stat()
+        status = part.stat()
         digest.update(
-            f"{part.relative_to(path)}\0{told.st_size}\0{told.st_mtime_ns}\n".encode(errors="replace")
+            f"{part.relative_to(path)}\0{status.st_size}\0{status.st_mtime_ns}\n".encode(errors="replace")
         )
     return digest.hexdigest()
 

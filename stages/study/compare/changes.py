@@ -105,7 +105,7 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     both = (reference.measures, side.measures)
     gaits = [of.group("walking").text("gait") for of in both]
     between = ("again" if near else "elsewhere") if _one_lifter(side, reference) else None
-    found = []
+    differences = []
     for group, path, item, name in _figures():
         own = [of.group(group, *path) for of in both]
         rows = [of.figure(name) for of in own]
@@ -128,9 +128,13 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
         }
         reason = next((code for code, holds in reasons.items() if holds), "")
         error = change.error if reason in ("", "poses-doubtful") else float("nan")
-        found.append(change._replace(reason=reason, error=error))
-    tested = iter(differing(np.array([change.chance for change in found if not change.reason] or [1.0])))
-    return [change if change.reason else change._replace(differs=bool(next(tested))) for change in found]
+        differences.append(change._replace(reason=reason, error=error))
+    tested = iter(
+        differing(np.array([change.chance for change in differences if not change.reason] or [1.0]))
+    )
+    return [
+        change if change.reason else change._replace(differs=bool(next(tested))) for change in differences
+    ]
 
 
 def _figures() -> Iterator[tuple[str, tuple[str, ...], str, str]]:
@@ -145,8 +149,8 @@ def _figures() -> Iterator[tuple[str, tuple[str, ...], str, str]]:
 
 def _known(row: Measure | None, name: str) -> float:
     """A measure's value or error; NaN where there is none."""
-    known = None if row is None else getattr(row, name)
-    return float("nan") if known is None else known
+    stated = None if row is None else getattr(row, name)
+    return float("nan") if stated is None else stated
 
 
 def _with_error(value: float, error: float) -> str:

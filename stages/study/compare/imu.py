@@ -214,10 +214,10 @@ def _agreement(video: np.ndarray, imu: np.ndarray) -> dict[str, dict[str, float]
     pairs = zip(_AXES, _with_norm(video).T, _with_norm(imu).T, strict=True)
     return {
         axis: {
-            "r": correlation(seen, felt, _LEAST_MPS2),
-            "rmse_mps2": float(np.sqrt(((seen - felt) ** 2).mean())),
+            "r": correlation(of_run, of_sensor, _LEAST_MPS2),
+            "rmse_mps2": float(np.sqrt(((of_run - of_sensor) ** 2).mean())),
         }
-        for axis, seen, felt in pairs
+        for axis, of_run, of_sensor in pairs
         if len(video) >= FEWEST
     }
 
@@ -407,10 +407,10 @@ def as_page(name: str, results: Sequence[Sensed]) -> str:
 
 
 def _over_time(result: Sensed) -> Markup:
-    felt, seen = (np.linalg.norm(values, axis=-1) for values in (result.imu, result.video))
+    of_sensor, of_run = (np.linalg.norm(values, axis=-1) for values in (result.imu, result.video))
     title = f"{label_of(result.segment).capitalize()}: norm of the acceleration (m/s²)"
     curves = [  # neither has the colour of a body's side
-        Curve("sensor", felt, as_hex(GREEN), width=2.4),
-        Curve("run", seen, as_hex(PURPLE)),
+        Curve("sensor", of_sensor, as_hex(GREEN), width=2.4),
+        Curve("run", of_run, as_hex(PURPLE)),
     ]
     return figure([over_time(curves, result.time_s, f"{title} of both over time")], title)

@@ -41,7 +41,7 @@ def as_page(comparison: Comparison) -> str:
     about = [
         f"{role}: {side.name} ({side.about})" for role, side in zip(_roles(len(sides)), sides, strict=True)
     ]
-    known = [
+    errors = [
         f"{side.name}: {errors_of_angles(side.run.angle_errors)}"
         for side in sides
         if side.run and side.run.angle_errors
@@ -49,7 +49,7 @@ def as_page(comparison: Comparison) -> str:
     head = (
         small(" · ".join(about))
         + answer([f"{line}." for pair in comparison.pairs for line in result(pair)])
-        + small(" ".join([_ERRORS, *known]))
+        + small(" ".join([_ERRORS, *errors]))
         + box("Warnings", [each.text for each in comparison.notices], "warning")
     )
     return page(" and ".join(side.name for side in sides), head, sections)
@@ -90,32 +90,32 @@ def _differences(pair: Pair, spread: dict[str, float]) -> Markup:
     ]
     kept = [i for i in range(len(head)) if i < 4 or any(row[i] is not None for row in rows)]
     place = "about the same place" if pair.same_place else "different or unknown places"
-    words = [f"Difference: {names[1]} minus {names[0]}, of the whole takes."]
+    about = [f"Difference: {names[1]} minus {names[0]}, of the whole takes."]
     if pair.changes:
-        words += [
+        about += [
             "Its ± is its MDC90, the minimal detectable change: if nothing changed, one difference in ten is larger. "
             f"Both were filmed from {place}, by the person's heading and the camera's pitch. Grey: a difference within "
             "its ±; this judges a figure that was chosen beforehand. *: a difference that is certain even with all "
             "figures looked at."
         ]
     if pair.agreement:
-        words += [
+        about += [
             "Bias, root mean square (RMSE) and r: of the angles moment by moment. Within error: share of frames whose "
             "difference is what the stated standard errors allow in nine of ten."
         ]
     if spread:
-        words += ["Spread: standard deviation between all runs, root mean square over the frames."]
+        about += ["Spread: standard deviation between all runs, root mean square over the frames."]
     why = [
         f"{_plain(code).capitalize()}: {WHY[code]}"
         for code in WHY
         if any(change.reason == code for change in pair.changes)
     ]
     shown = table([head[i] for i in kept], [[row[i] for i in kept] for row in rows])
-    return shown + small(" ".join(words)) + bullets(f"{each}." for each in why) if rows else Markup("")
+    return shown + small(" ".join(about)) + bullets(f"{each}." for each in why) if rows else Markup("")
 
 
 def _plain(reason: str) -> str:
-    """A reason's code as words."""
+    """A reason's code in plain words."""
     return reason.replace("-", " ")
 
 
@@ -126,8 +126,8 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
         return [*(f"{value:.1f}" for value in both), f"{both[1] - both[0]:+.1f}"]
     values: list[Cell] = [change.value(take) or None for take in (0, 1)]
     if change.reason:
-        known = f"{change.difference}; " if np.isfinite(change.by) else ""
-        return [*values, Soft(f"{known}not told: {_plain(change.reason)}")]
+        by = f"{change.difference}; " if np.isfinite(change.by) else ""
+        return [*values, Soft(f"{by}not told: {_plain(change.reason)}")]
     if change.differs:
         return [*values, f"{change.difference} *"]
     return [*values, Soft(change.difference) if change.within_error else change.difference]
@@ -151,13 +151,13 @@ def _joints(pair: Pair) -> Markup:
     rows: list[list[Cell]] = [
         [label_of(joint), *(of[key] for key in keys)] for joint, of in pair.joints.items()
     ]
-    words = (
+    about = (
         "In one LEVEL and at one size, from the pelvis, in per cent of the person's size (root mean square distance of "
         "the joints from the pelvis)."
     )
     if pair.reference.run:
-        words += " At least one of the runs is off by half of the distance or more. Runs that agree may share errors."
-    return table(("joint", *(named[key] for key in keys)), rows) + small(words) if rows else Markup("")
+        about += " At least one of the runs is off by half of the distance or more. Runs that agree may share errors."
+    return table(("joint", *(named[key] for key in keys)), rows) + small(about) if rows else Markup("")
 
 
 def _angles(pair: Pair) -> Markup:
@@ -174,8 +174,8 @@ def _angles(pair: Pair) -> Markup:
             title = f"{label_of(name).capitalize()} (°)"
             shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
         rows.append(charts(shown))
-    words = f"{_colours(pair)}; its band holds the grey curve in nine of ten frames, if the errors of both are right."
-    return small(words) + joined(rows) if pair.agreement else Markup("")
+    about = f"{_colours(pair)}; its band holds the grey curve in nine of ten frames, if the errors of both are right."
+    return small(about) + joined(rows) if pair.agreement else Markup("")
 
 
 def _cycles(pair: Pair) -> Markup:
@@ -190,8 +190,8 @@ def _cycles(pair: Pair) -> Markup:
         )
         both = [angle for angle in compared if angle in reference]
         rows.append(charts(_cycle(pair, kind, reference[angle], compared[angle]) for angle in both))
-    words = f"{_colours(pair)}. Mean over the cycles; band: one standard deviation, of six cycles or more."
-    return small(words) + joined(rows) if any(rows) else Markup("")
+    about = f"{_colours(pair)}. Mean over the cycles; band: one standard deviation, of six cycles or more."
+    return small(about) + joined(rows) if any(rows) else Markup("")
 
 
 def _cycle(pair: Pair, kind: str, reference: Cycle, compared: Cycle) -> Markup:
@@ -237,7 +237,7 @@ def _together(comparison: Comparison) -> Iterator[str]:
         )
     sides = (reference, *(pair.side for pair in comparison.pairs))
     cutoffs = sorted({side.cutoff_hz or 0.0 for side in sides})
-    words = " and ".join(f"{hz:g} Hz" if hz else "unfiltered" for hz in cutoffs)
+    filters = " and ".join(f"{hz:g} Hz" if hz else "unfiltered" for hz in cutoffs)
     by = " and ".join(dict.fromkeys(side.run.need("rectified").method for side in sides if side.run))
-    yield f"Rectified by {by}; low-pass of the joints: {words}."
+    yield f"Rectified by {by}; low-pass of the joints: {filters}."
     yield f"pcnet3d {package_version()}."

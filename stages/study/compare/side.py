@@ -110,10 +110,10 @@ def load_side(folder: Path) -> Side:
 
 def _about(run: Take) -> str:
     """What was told of the session, if anything, the recording and its length."""
-    told = run.session
-    person = f"person {told.person_id}" if told.person_id else ""
-    words = (told.title, person, told.date, run.name, how_many(len(run.need("poses")), "frame"))
-    return ", ".join(word for word in words if word)
+    session = run.session
+    person = f"person {session.person_id}" if session.person_id else ""
+    parts = (session.title, person, session.date, run.name, how_many(len(run.need("poses")), "frame"))
+    return ", ".join(part for part in parts if part)
 
 
 def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side:
@@ -149,8 +149,8 @@ def with_trunk_of(side: Side, truth: Side) -> Side:
     values = angles(
         rotate(transpose(R_world_from_body(filtered)), _trunk_by_shoulders(filtered, always=True))
     )
-    known = {name: np.isfinite(of) for name, of in side.angles.items()}  # withheld stays withheld
-    return replace(side, angles={name: np.where(known[name], values[name], np.nan) for name in side.angles})
+    given = {name: np.isfinite(of) for name, of in side.angles.items()}  # withheld stays withheld
+    return replace(side, angles={name: np.where(given[name], values[name], np.nan) for name in side.angles})
 
 
 def _facing(joints: np.ndarray) -> np.ndarray:
