@@ -44,7 +44,7 @@ FAULTS = [
     Fault("pipeline/signals/guard.py", "feet[:, FEET.mirror]", "feet", "pipeline/core/test_feet.py"),
     Fault("pipeline/reading/choose.py", "value == max(values)", "value == min(values)",
           "pipeline/running/test_choosing.py"),
-    Fault("pipeline/reading/clock.py", 'np.searchsorted(time_s, end, "right")', "np.searchsorted(time_s, end)",
+    Fault("pipeline/reading/join.py", 'np.searchsorted(time_s, end, "right")', "np.searchsorted(time_s, end)",
           "pipeline/reading/test_time_range.py"),
     Fault("pipeline/files/markers.py", '["+Y"] else "z"', '["-Y"] else "z"', "adapters/test_trc_c3d.py"),
     Fault("pipeline/files/atomic.py", "if used.resolve().is_relative_to(path):", "if used.resolve() == path:",

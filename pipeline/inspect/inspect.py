@@ -18,7 +18,7 @@ from ..files.video_frames import shown_size
 from ..plugins import registry
 from ..reading.bounds import check_times
 from ..reading.choose import choose_person
-from ..reading.clock import numbered_by, numbered_by_times
+from ..reading.join import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
 from ..reading.normalise import Guards
 from ..reading.together import Fit, together

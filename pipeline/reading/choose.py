@@ -72,10 +72,12 @@ def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where:
 
 def _beside(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> PoseSequence:
     """The chosen one, with a notice of the others."""
-    others = sorted((one for one in people if one.person != chosen.person), key=len, reverse=True)
+    others = sorted((other for other in people if other.person != chosen.person), key=len, reverse=True)
     if not others:
         return chosen
-    tracks = [f"{one.person} (frames {one.frame_index[0]} to {one.frame_index[-1]})" for one in others]
+    tracks = [
+        f"{other.person} (frames {other.frame_index[0]} to {other.frame_index[-1]})" for other in others
+    ]
     values = {"others": len(others), "listed": listed(tracks), "person": chosen.person}
     return chosen.saying(notice("person-chosen", **values))
 
@@ -89,8 +91,8 @@ def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> 
             first, last = int(other.frame_index[0]), int(other.frame_index[-1])
             joints = np.stack([chosen.joints[row], other.joints[-1], chosen.joints[row + 1]])
             sizes, apart = float(steps(joints[::2])[0]), steps(joints)[1]
-            known = sizes > 0 and apart > 0  # `steps` are 0 where fewer than three joints tell
-            if gone < first and back - _AT_ONCE <= last < back and known and apart < _ONE_PLACE:
+            visible = sizes > 0 and apart > 0  # `steps` are 0 where fewer than three joints tell
+            if gone < first and back - _AT_ONCE <= last < back and visible and apart < _ONE_PLACE:
                 unseen = f", after {how_many(back - gone - 1, 'frame')} unseen"
                 values: dict[str, Any] = {"sizes": sizes, "frame": back, "unseen": unseen}
                 return [notice("leap-between-people", weight="suspicious", **values)]
@@ -99,8 +101,8 @@ def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> 
 
 def _adjoined(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> list[Notice]:
     """Of each frame that begins one track where the other ends, the chosen or another, where no cut says why."""
-    others = (one for one in people if one.person != chosen.person and len(one) >= FEWEST_FRAMES)
-    pairs = [pair for one in others for pair in ((chosen, one), (one, chosen))]
+    others = (other for other in people if other.person != chosen.person and len(other) >= FEWEST_FRAMES)
+    pairs = [pair for other in others for pair in ((chosen, other), (other, chosen))]
     frames = {
         int(later.frame_index[0])
         for first, later in pairs
@@ -135,29 +137,29 @@ def same_person(
 def _apart(poses: PoseSequence, track: PoseSequence) -> float:
     """Median over the frames that both have of how far hips to wrists are off in the image plane; infinite for too few
     frames."""
-    _, rows, seen_rows = np.intersect1d(
+    _, rows, track_rows = np.intersect1d(
         poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
     )
     limbs = [joint for joint in LIMBS if joint in track.layout]
     body = poses.joints[rows][:, poses.layout.indices(limbs), :2].astype(np.float64)
-    seen = track.joints[seen_rows][:, track.layout.indices(limbs)].astype(np.float64)
-    off = _off_in_image(body, seen)
+    image = track.joints[track_rows][:, track.layout.indices(limbs)].astype(np.float64)
+    off = _off_in_image(body, image)
     return float(np.nanmedian(off)) if np.isfinite(off).sum() >= _ENOUGH_FRAMES else np.inf
 
 
-def _off_in_image(body: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """(N,) how far points body (N, J, 2) are from those that were seen, over the spread of these, when each row's are
+def _off_in_image(body: np.ndarray, image: np.ndarray) -> np.ndarray:
+    """(N,) how far points body (N, J, 2) are from those of the image, over the spread of these, when each row's are
     moved and scaled onto them: 0 for the same pose, 1 for none; NaN where fewer than FEWEST are in both."""
-    both = (is_finite(body) & is_finite(seen))[..., None]
+    both = (is_finite(body) & is_finite(image))[..., None]
     enough = both.sum(axis=(1, 2)) >= FEWEST
     off = np.full(len(both), np.nan)
     both = both[enough]
-    body, seen = (
+    body, image = (
         np.where(both, points - np.nanmean(np.where(both, points, np.nan), axis=1, keepdims=True), 0)
-        for points in (body[enough], seen[enough])
+        for points in (body[enough], image[enough])
     )
-    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(seen, axis=(1, 2))
-    alike = np.divide((body * seen).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
+    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(image, axis=(1, 2))
+    alike = np.divide((body * image).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
     off[enough] = np.sqrt(1 - np.clip(alike, 0, 1) ** 2)
     return off
 
@@ -174,10 +176,10 @@ def _area(poses: PoseSequence, where: str) -> float:
             f"{where} holds poses in a world's axes ({poses.frame}), so no image shows who is the largest; choose by "
             "name, or 'longest'.",
         )
-    image = poses.frame.basis.T[:2]  # right and down, from the file's axes
-    seen = rotate(image, poses.joints)[is_finite(poses.joints).any(axis=1)]
-    sides = np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)
-    return float(np.prod(sides, axis=1).mean()) if len(seen) else -1.0
+    R_image_from_file = poses.frame.basis.T[:2]  # right and down
+    points = rotate(R_image_from_file, poses.joints)[is_finite(poses.joints).any(axis=1)]
+    sides = np.nanmax(points, axis=1) - np.nanmin(points, axis=1)
+    return float(np.prod(sides, axis=1).mean()) if len(points) else -1.0
 
 
 RANKS = {"longest": lambda poses, where: len(poses), "largest": _area}

@@ -22,41 +22,18 @@ from ..signals.visibility import check_size
 from .again import rejoined
 from .bounds import check_times
 from .choose import RANKS, choose_detected, choose_person, same_person
-from .clock import (
-    Clock,
-    check_numbers,
-    coverage,
-    numbered_by,
-    numbered_by_times,
-    range_note,
-    rows_within,
-    starting_at,
-)
+from .join import Join, coverage, part_of, range_note, rows_within
 from .load import Source, load, read_video
 from .settings import RunOptions
 from .together import together
 
 
 @dataclass(frozen=True, eq=False)
-class _Files:
+class _Files(Join):
     """All that the options name, read. inputs: role, file name and hash of each."""
 
     options: RunOptions
-    poses: Source | None
-    keypoints: Source | None
-    video: Video | None
     inputs: dict[str, dict[str, Any]]
-
-    @property
-    def lead(self) -> Source:
-        """Whose people, frame numbers and clock count: the poses', or without poses the keypoints'."""
-        lead = self.poses or self.keypoints
-        if lead is None:
-            raise InputError(
-                "needs-input",
-                "Expected a file of several people (--poses or --keypoints), got a video alone.",
-            )
-        return lead
 
     @property
     def nameless(self) -> bool:
@@ -124,7 +101,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
             "--set read.keypoints_person names one person, but the run is for all people; leave it out.",
         )
     if poses and keypoints and not files.nameless:
-        names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
+        names = [sorted(person.person for person in file.people) for file in (poses, keypoints)]
         if names[0] != names[1]:
             raise InputError(
                 "files-apart",
@@ -132,22 +109,22 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
                 "it is unclear who is who; leave --keypoints out, or run one --person at a time.",
             )
     tracks = {track.person: track for track in keypoints.people} if keypoints else {}
-    found = []
-    for one in files.lead.people:
+    people = []
+    for person in files.lead.people:
         try:
-            body = poses.normalised(one, guards=options.guards) if poses else None
+            body = poses.normalised(person, guards=options.guards) if poses else None
             track = None
             if keypoints:
-                own = files.same(body) if body is not None and files.nameless else tracks[one.person]
+                own = files.same(body) if body is not None and files.nameless else tracks[person.person]
                 track = keypoints.normalised(own)
             take = _joined(files, body, track)
-            take = take.with_(name=f"{take.name}, person {printable(one.person)}")
+            take = take.with_(name=f"{take.name}, person {printable(person.person)}")
             lead = take.rows
             frames = 0 if lead is None else len(lead)
         except InputError as error:
-            take, frames = error, len(one)
-        found.append(Person(one.person, frames, take))
-    return tuple(found)
+            take, frames = error, len(person)
+        people.append(Person(person.person, frames, take))
+    return tuple(people)
 
 
 def _read(options: RunOptions, given: Given = _NONE) -> _Files:
@@ -178,50 +155,37 @@ def _read(options: RunOptions, given: Given = _NONE) -> _Files:
         for role, path in named.items()
         if path is not None
     }
-    return _Files(options, poses, keypoints, video, inputs)
+    return _Files(poses, keypoints, video, options.fps, options.first_frame, options, inputs)
 
 
 def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
-    options, video, path = files.options, files.video, files.lead.path
-    rows = files.lead if poses is None or poses.frames_known or not files.keypoints else files.keypoints
-    lowest = min(int(one.frame_index[0]) for one in rows.people)
-    poses, keypoints = _numbered(files, poses, keypoints)
+    options, video = files.options, files.video
+    poses, keypoints, doubts = files.joined(poses, keypoints)
     lead = _lead(poses, keypoints)
-    check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
-    clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
-    doubts = clock.doubts()  # before the keypoints' times stand in for another file's
-    lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
-    check_times(lead.times, str(video.path if video is not None and options.fps is None else path))
-    if poses is None:
-        keypoints = lead
-    elif keypoints is not None and options.keypoints:
-        clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
-        keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
-    poses = None if poses is None else lead
     if keypoints is not None:
         check_size(keypoints, _size(files))
     strange = _misfit(files, poses, keypoints)
     source = _source(files, lead) if poses is not None else None
-    told = []
+    part = []
     if (asked := options.time_range) is not None:
-        whole = lead.times if video is None else _seconds(video, options)
-        told = [range_note(asked, whole)]
-        source = source and _part(source.with_(time_s=lead.times), asked)
-        poses, keypoints = (each and _part(each, asked) for each in (poses, keypoints))
-        video = video and replace(video, part=rows_within(asked, _seconds(video, options)))
+        source = source and part_of(source.with_(time_s=lead.times), asked)
+        whole = lead.times if video is None else files.video_seconds()
+        part = [range_note(asked, whole)]
+        poses, keypoints = (rows and part_of(rows, asked) for rows in (poses, keypoints))
+        video = video and replace(video, part=rows_within(asked, whole))
         lead = _lead(poses, keypoints)
     poses, keypoints, changed = _without_altered(poses, source, keypoints)
     poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
     return Take(
-        name=printable((options.video or path).stem),
+        name=printable((options.video or files.lead.path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
         findings=None if poses is None else findings_of(poses, source, swaps),
         notices=without_doubles(
             (
-                *told,
+                *part,
                 *(video.doubts if video else ()),
                 *doubts,
                 *_doubts(lead, keypoints, video),
@@ -244,38 +208,13 @@ def _lead(poses: PoseSequence | None, keypoints: PoseSequence | None) -> PoseSeq
     return lead
 
 
-def _numbered(
-    files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
-) -> tuple[PoseSequence | None, PoseSequence | None]:
-    """Both with the numbers of their video frames, as far as the files and `first_frame` tell."""
-    first, numbering = files.options.first_frame, files.lead
-    if poses is not None and keypoints is None and files.video and first is None:
-        poses = numbered_by_times(files.video, poses)
-    if poses is not None and not poses.frames_known:
-        if files.keypoints and keypoints and (first is None or len(poses) == len(keypoints)):
-            numbering = files.keypoints  # the rows of the one are those of the other
-        elif first is not None:
-            poses = starting_at(int(poses.frame_index[0]) + first, poses)
-            first = None  # done, for keypoints beside them have numbers of their own
-    if poses is not None and keypoints is not None:
-        poses = numbered_by(keypoints, poses, f"{files.options.poses} and {files.options.keypoints}")
-    if first is None:
-        return poses, keypoints
-    # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
-    shift = first - min(int(one.frame_index[0]) if one.frames_known else 0 for one in numbering.people)
-    poses, keypoints = (
-        one and starting_at(int(one.frame_index[0]) + shift, one) for one in (poses, keypoints)
-    )
-    return poses, keypoints
-
-
 def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
     """A notice where the keypoints show somebody else than the poses, or other frames."""
     if poses is None or keypoints is None or poses.frame.family != "camera":
         return []
     fit = together(poses, keypoints, _size(files), files.options.focal)
-    found = None if fit is None else fit.notice()
-    return [found] if found else []
+    misfit = None if fit is None else fit.notice()
+    return [misfit] if misfit else []
 
 
 def _size(files: _Files) -> tuple[int, int] | None:
@@ -290,41 +229,27 @@ def _without_altered(
     of poses the findings tell the latter. source: the poses as the adapter gives them, where lines are straight."""
     said: list[Notice] = []
     if keypoints is not None:
-        found, said = altered(keypoints)
-        keypoints = without_altered(keypoints, found)
-        said = [*said, *alterations(keypoints)]
+        hidden, notices = altered(keypoints)
+        keypoints = without_altered(keypoints, hidden)
+        said = [*notices, *alterations(keypoints)]
     if poses is not None and source is not None and len(source) == len(poses):
-        found, notices = altered(source)
+        hidden, notices = altered(source)
         mask = np.zeros(poses.joints.shape[:2], dtype=bool)
         for joint, name in enumerate(poses.layout.joints):
             if name in source.layout:
-                mask[:, joint] = found[:, source.layout.index(name)]
+                mask[:, joint] = hidden[:, source.layout.index(name)]
         poses, said = without_altered(poses, mask), [*said, *notices]
     return poses, keypoints, said
 
 
 def _session(options: RunOptions) -> Session:
-    told = (options.title, options.person_id, options.date)
-    return Session(*(printable(words or "") for words in told))
-
-
-def _part(sequence: PoseSequence, time_range: tuple[float, float]) -> PoseSequence:
-    """What is in the range, by the sequence's own seconds; InputError where nothing is."""
-    first, last = rows_within(time_range, sequence.times)
-    start, end = time_range
-    told = {"from_s": start, "to_s": end if np.isfinite(end) else "end"}
-    return sequence.rows(first, last + 1).noted("time range", **told)
-
-
-def _seconds(video: Video, options: RunOptions) -> np.ndarray:
-    """(N,) seconds of all frames of a video."""
-    return Clock(video, options.fps, None).seconds(np.arange(len(video.time_s)), video.path)
+    return Session(*(printable(text or "") for text in (options.title, options.person_id, options.date)))
 
 
 def _source(files: _Files, poses: PoseSequence) -> PoseSequence | None:
     """The person as the adapter gave it."""
     people = files.poses.people if files.poses else ()
-    return next((one for one in people if one.person == poses.person), None)
+    return next((person for person in people if person.person == poses.person), None)
 
 
 def _video_alone(files: _Files) -> Take:
@@ -352,15 +277,15 @@ def _video_alone(files: _Files) -> Take:
     )
     if asked is None:
         return take
-    seconds = _seconds(video, files.options)
+    seconds = files.video_seconds()
     return take.with_(video=replace(video, part=rows_within(asked, seconds))).saying(
         range_note(asked, seconds)
     )
 
 
-def _check_person(person: str | None, *found: PoseSequence | None) -> None:
-    """InputError when the person that was asked for is neither of those that were found."""
-    names = [poses.person for poses in found if poses is not None]
+def _check_person(person: str | None, *chosen: PoseSequence | None) -> None:
+    """InputError when the person that was asked for is neither of those that were chosen."""
+    names = [poses.person for poses in chosen if poses is not None]
     if person not in (None, *RANKS, *names):
         raise InputError(
             "name-unknown", f"There is no person '{person}' in these files, only {' and '.join(names)}."
