@@ -18,7 +18,7 @@ from ..core.pose import UNSAID, MadeBy, PoseSequence
 from ..core.rotations import is_finite
 from ..signals.guard import guarded
 from .bounds import timed
-from .joint_order import likely_layout, public_order
+from .joint_order import check_order, likely_layout
 from .load import Source
 from .normalise import Guards, normalised
 
@@ -99,7 +99,7 @@ def source_of_poses(given: Any, meaning: Meaning, guards: Guards) -> Source:
     if isinstance(given, PoseSequence) or _people(given):
         meaning.refuse()
         people = (given,) if isinstance(given, PoseSequence) else tuple(given)
-        if any(one.frame.dims != 3 for one in people):
+        if any(person.frame.dims != 3 for person in people):
             raise InputError(
                 "wrong-content", "Expected poses in 3D, got 2D keypoints; give them as keypoints."
             )
@@ -114,7 +114,7 @@ def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
     if isinstance(given, PoseSequence) or _people(given):
         Meaning(joints=joints).refuse()
         people = (given,) if isinstance(given, PoseSequence) else tuple(given)
-        if any(one.frame.family != "image" for one in people):
+        if any(person.frame.family != "image" for person in people):
             raise InputError("wrong-content", "Expected keypoints in 2D, got 3D poses; give them as poses.")
         return _source("keypoints", people)
     where = "The array of keypoints"
@@ -134,10 +134,9 @@ def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
         raise InputError("nothing-usable", f"{where}: there is no joint in it, only NaN or 0, 0.")
     layout = _in_2d(xy, joints, where)
     xy, scores = xy[:, : len(layout)], np.clip(scores[:, : len(layout)], 0, 1)
-    seen = np.isfinite(xy).any(axis=(1, 2))
-    rows = np.flatnonzero(seen)
-    numbered: dict[str, Any] = {} if seen.all() else {"frame_index": rows}
-    return _source("keypoints", (PoseSequence(xy[seen], layout, IMAGE, scores[seen], **numbered),))
+    rows = np.flatnonzero(np.isfinite(xy).any(axis=(1, 2)))
+    numbered: dict[str, Any] = {} if len(rows) == len(xy) else {"frame_index": rows}
+    return _source("keypoints", (PoseSequence(xy[rows], layout, IMAGE, scores[rows], **numbered),))
 
 
 def layout_in_2d(count: int, joints: Layout | str | None, where: str) -> Layout:
@@ -159,7 +158,7 @@ def _in_2d(xy: np.ndarray, joints: Layout | str | None, where: str) -> Layout:
     if joints is not None:
         return layout
     layout = likely_layout(xy, layouts_of(xy.shape[1], where))
-    _refuse_other_order(xy[:, : len(layout)], layout, where, "keypoint_joints")
+    check_order(xy[:, : len(layout)], layout, f"{where}: ", 'keypoint_joints="{}"')
     return layout
 
 
@@ -179,18 +178,9 @@ def _poses(values: Any, meaning: Meaning, guards: Guards) -> PoseSequence:
             f"{where}: expected the shape (frames, {len(layout)}, 3) of joints={layout.name}, got {shape}{hint}.",
         )
     if guards.check == "refuse":
-        _refuse_other_order(joints, layout, where, "joints")
+        check_order(joints, layout, f"{where}: ", 'joints="{}"')
     made_by = MadeBy("estimated") if frame.family == "camera" else UNSAID
     return PoseSequence(joints, layout, frame, made_by=made_by)
-
-
-def _refuse_other_order(points: np.ndarray, layout: Layout, where: str, option: str) -> None:
-    if (fits := public_order(points, layout)) is not None:
-        raise InputError(
-            "wrong-content",
-            f"{where}: expected joints in the order of {layout.name}, but their limbs are those of a body in the order "
-            f'of {fits.name} only; say {option}="{fits.name}" if they are in that order.',
-        )
 
 
 def _layout(joints: Layout | str) -> Layout:
@@ -198,11 +188,15 @@ def _layout(joints: Layout | str) -> Layout:
 
 
 def _people(given: Any) -> bool:
-    return isinstance(given, Sequence) and bool(given) and all(isinstance(one, PoseSequence) for one in given)
+    return (
+        isinstance(given, Sequence)
+        and bool(given)
+        and all(isinstance(person, PoseSequence) for person in given)
+    )
 
 
 def _source(role: str, people: tuple[PoseSequence, ...]) -> Source:
-    digest = hashlib.sha256(b"".join(one.joints.tobytes() for one in people)).hexdigest()
+    digest = hashlib.sha256(b"".join(person.joints.tobytes() for person in people)).hexdigest()
     return Source(Path(f"{role} in memory"), InMemory(role), people, digest)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..core.anthropometry import SEGMENTS, TRUNK
+from ..core.errors import InputError
 from ..core.layouts import H36M17_B, H36M17_C, LAYOUTS, Layout
 from ..core.rotations import is_finite
 
@@ -52,11 +53,17 @@ def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
     return other_order(points, layouts[0], layouts[1:]) or layouts[0]
 
 
-def public_order(points: np.ndarray, layout: Layout) -> Layout | None:
-    """The other public layout in which points (N, J, 2 or 3) have the bones of a person, where they have not in their
-    own; None where nothing is wrong or too little is there. H36M17's mirror images, of the same bones, are none."""
+def check_order(points: np.ndarray, layout: Layout, where: str, way_out: str) -> None:
+    """InputError where the limbs of points (N, J, 2 or 3) are those of a body in another public order only; H36M17's
+    mirror images, of the same bones, are none. where: begins the sentence. way_out: how to have them read in that
+    order, with "{}" in place of its name."""
     others = (each for each in LAYOUTS.values() if each not in (H36M17_B, H36M17_C))
-    return other_order(points, layout, others, _ENOUGH_ROWS)
+    if (fits := other_order(points, layout, others, _ENOUGH_ROWS)) is not None:
+        raise InputError(
+            "wrong-content",
+            f"{where}expected joints in the order of {layout.name}, but their limbs are those of a body in the order "
+            f"of {fits.name} only; if they are in that order, say so with {way_out.format(fits.name)}.",
+        )
 
 
 def other_order(
@@ -66,10 +73,11 @@ def other_order(
     None where nothing is wrong, where none of the others fits, and where less than `fewest` rows are there: in a few a
     bone may point at the camera throughout."""
     rivals = [other for other in others if len(other) == len(layout) and other != layout]
-    seen = points[is_finite(points).any(axis=1)] if rivals else points[:0]
-    if len(seen) < fewest or not len(seen):
+    bodies = points[is_finite(points).any(axis=1)] if rivals else points[:0]
+    if len(bodies) < fewest or not len(bodies):
         return None
-    seen = seen[:: 1 + len(seen) // _MOST_ROWS]
-    own, found = misfit(seen, layout), [np.nan_to_num(misfit(seen, other), nan=np.inf) for other in rivals]
-    best = int(np.argmin(found))
-    return rivals[best] if own > MISFIT and found[best] < _HALF * own else None
+    bodies = bodies[:: 1 + len(bodies) // _MOST_ROWS]
+    own = misfit(bodies, layout)
+    misfits = [np.nan_to_num(misfit(bodies, other), nan=np.inf) for other in rivals]
+    best = int(np.argmin(misfits))
+    return rivals[best] if own > MISFIT and misfits[best] < _HALF * own else None

@@ -21,7 +21,7 @@ from .bounds import check_times
 from .choose import choose_person
 from .describe import why_no_input
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .joint_order import public_order
+from .joint_order import check_order
 from .normalise import Guards, Missing, normalised
 
 GUARDS = Guards()
@@ -183,13 +183,8 @@ def _in_order(people: tuple[PoseSequence, ...], told: str | None) -> tuple[PoseS
             )
         return tuple(poses.with_(layout=layout) for poses in people)
     points = np.concatenate([poses.joints for poses in people])
-    if (fits := public_order(points, own)) is not None:
-        raise InputError(
-            "wrong-content",
-            f"expected joints in the order of {own.name}, but their limbs are those of a body in the order of "
-            f"{fits.name} only; if they are in that order, say so with --set keypoints.layout={fits.name} (-O "
-            f"layout={fits.name}), and with layout={own.name} that they are not.",
-        )
+    way_out = f"--set keypoints.layout={{0}} (-O layout={{0}}), and with layout={own.name} that they are not"
+    check_order(points, own, "", way_out)
     return people
 
 

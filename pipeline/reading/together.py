@@ -32,23 +32,19 @@ _OFF, _BETTER = 0.065, 1.06
 # most, none is better elsewhere by more than 1.03; of pairs of different recordings none is off by less than 0.079.
 _OFF_UNSIZED = 0.09
 _FAR_SIZE, _FAR_PX = (200_000, 200_000), 1e6
-# How many times as far as the poses the keypoints move, where both move alike: at most 1.2 of 300 sound takes.
-_FARTHER, _MOVE_ALIKE = 1.4, 0.8
 
 
 @dataclass(frozen=True)
 class Fit:
     """frames: compared. off: median distance of joints from the rays of their keypoints, in statures, as numbered.
-    best: the same where the poses' numbers grow `rate` times as fast and the first is `lag` frames later. farther: how
-    many times as far as the poses the keypoints move, NaN where they do not move alike. sized: whether the image's size
-    is known."""
+    best: the same where the poses' numbers grow `rate` times as fast and the first is `lag` frames later. sized:
+    whether the image's size is known."""
 
     frames: int
     off: float
     best: float
     lag: int
     rate: float
-    farther: float
     sized: bool
 
     @property
@@ -66,8 +62,6 @@ class Fit:
             else:
                 way = "later" if self.lag > 0 else "earlier"
                 how = f"; {abs(self.lag)} frames {way} they fit {fits}"
-        elif self.farther > _FARTHER:
-            how = f"; the keypoints move {self.farther:.1f} times as far"
         elif self.off > (_OFF if self.sized else _OFF_UNSIZED):
             how = ""
         return None if how is None else notice("keypoints-not-of-poses", off_percent=100 * self.off, how=how)
@@ -97,16 +91,14 @@ def together(
     others |= {(0, rate): each.off(0, rate) for rate in RATES if rate != 1}
     offs = {key: float(np.median(off)) for key, off in others.items() if off is not None}
     lag, rate = min(offs, key=lambda key: (offs[key], abs(key[1] - 1), abs(key[0])))
-    return Fit(
-        len(numbered), offs[0, 1.0], offs[lag, rate], lag, rate, each.farther(), image_size is not None
-    )
+    return Fit(len(numbered), offs[0, 1.0], offs[lag, rate], lag, rate, image_size is not None)
 
 
 def _centred(keypoints: PoseSequence) -> PoseSequence:
     """The keypoints of each row about the middle of a large image."""
-    seen = np.asarray(is_finite(keypoints.joints))[..., None]
-    total = np.where(seen, keypoints.joints, 0.0).sum(axis=1, keepdims=True)
-    middle = total / np.maximum(seen.sum(axis=1, keepdims=True), 1)
+    there = np.asarray(is_finite(keypoints.joints))[..., None]
+    total = np.where(there, keypoints.joints, 0.0).sum(axis=1, keepdims=True)
+    middle = total / np.maximum(there.sum(axis=1, keepdims=True), 1)
     return keypoints.with_(joints=keypoints.joints - middle + np.array(_FAR_SIZE) / 2)
 
 
@@ -136,21 +128,9 @@ class _Compared:
         rays, trust = self._rays(lag, rate)
         compared = (is_finite(rays) & is_finite(self.joints)).sum(axis=1) >= FEWEST
         square = (off_rays(rays, self.joints, trust)[compared] ** 2).sum(axis=-1)
-        known = np.isfinite(square).sum(axis=1)
-        off = np.where(known > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(known, 1)), 1.0)
+        joints = np.isfinite(square).sum(axis=1)
+        off = np.where(joints > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(joints, 1)), 1.0)
         return off if len(off) >= _ENOUGH else None
-
-    def farther(self) -> float:
-        """How many times as far as the poses' limbs their keypoints move; NaN where these do not move alike."""
-        limbs = [i for i, name in enumerate(JOINTS) if name.endswith(("knee", "ankle", "elbow", "wrist"))]
-        moved = self.joints[:, limbs, :2]
-        rays, trust = self._rays(0, 1.0)
-        seen = moved - off_rays(rays, self.joints, trust)[:, limbs]
-        moved = np.where(np.isfinite(seen), moved, np.nan)
-        known = np.isfinite(moved).any(axis=(0, 2))  # a limb may be outside the image all the time
-        moved, seen = (part[:, known] - np.nanmean(part[:, known], axis=0) for part in (moved, seen))
-        both, own, others = (float(np.nansum(part)) for part in (moved * seen, moved**2, seen**2))
-        return both / own if both > _MOVE_ALIKE * np.sqrt(own * others) > 0 else float("nan")
 
     def _rays(self, lag: int, rate: float) -> tuple[np.ndarray, np.ndarray]:
         """(N, J, 2) rays of the poses' rows and (N, J) the trust in them, once the poses' numbers are changed; between
