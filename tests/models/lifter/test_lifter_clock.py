@@ -66,7 +66,7 @@ def usual() -> tuple[float, float]:
     return mpjpe(*seen(30))
 
 
-@pytest.mark.parametrize("fps", [2, 5, 10, 15, 24, 50, 60, 120, 240])
+@pytest.mark.parametrize("fps", [2, 10, 24, 50, 60, 240])
 def test_any_frame_rate_is_lifted_about_as_well_as_thirty(fps, usual):
     error, speed = mpjpe(*seen(fps))
     assert error < 1.3 * usual[0]
@@ -143,7 +143,7 @@ def test_the_mean_over_phases_keeps_lines_and_takes_out_what_differs_between_pha
     np.testing.assert_allclose(averaged(offset, phases)[inside], (phases - 1) / 2, atol=1e-12)
 
 
-@pytest.mark.parametrize("fps", [10, 25, 40])
+@pytest.mark.parametrize("fps", [10, 40])
 def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps):
     keypoints, camera, _ = seen(fps)
     live = LiveLifter(H36M17, size(camera))
