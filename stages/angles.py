@@ -15,6 +15,7 @@ from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noi
 from ..models.angle_error.off_keypoints import widened, without_exchanged
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
+from ..models.angle_error.take_error import far_off
 from ..models.common.motion import in_doubt
 from ..models.common.residuals import limb_scores, residuals_of
 from ..pipeline.core.errors import InputError
@@ -69,8 +70,11 @@ class Angles:
         turning = None if noise is None else turns_of(take)
         series, times = angle_series(poses, rectified, filtered, noise)
         basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
-        if noise is None and poses.lifted and (by := _by_disagreement(take, series)) is not None:
-            series, basis = by, "disagreement"
+        far = far_off(poses, rectified) if noise is not None and rectified.level_ok else None
+        if noise is None and poses.lifted and (second := _second(take)) is not None:
+            far = far_off(poses, rectified, second)
+            by = _by_disagreement(take, series, second)
+            series, basis = (series, basis) if by is None else (by, "disagreement")
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
         series = without_exchanged(series, in_doubt(take))
@@ -80,7 +84,8 @@ class Angles:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
         kinematics = {**(take.kinematics or {}), **columns}
         take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
-        return take.saying(*_notices(columns), *self._known(poses, basis, noise, _lacking(take)))
+        doubts = [] if far is None else [far]
+        return take.saying(*doubts, *_notices(columns), *self._known(poses, basis, noise, _lacking(take)))
 
     def _known(
         self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None, more: str
@@ -127,19 +132,26 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
     return notice("angle-errors-unjudged", by=_by(poses.made_by), advice=advice)
 
 
-def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:
-    """The angles with errors by how far they are from those of the built-in lifter; None where it cannot lift the
-    take's keypoints, as those of two people, or there are none."""
-    rectified = take.need("rectified")
-    if _lacking(take) or not rectified.level_ok:
+def _second(take: Take) -> PoseSequence | None:
+    """The built-in lifter's poses of the take's keypoints; None where it cannot lift them, as those of two people, or
+    there are none."""
+    if _lacking(take) or not take.need("rectified").level_ok:
         return None
     try:
-        second = [Lift().poses_of(take.with_(poses=None))]
+        return Lift().poses_of(take.with_(poses=None))
     except InputError:  # no reason to end the run
         return None
+
+
+def _by_disagreement(
+    take: Take, series: dict[str, AngleSeries], second: PoseSequence
+) -> dict[str, AngleSeries] | None:
+    """The angles with errors by how far they are from those of the built-in lifter; None where that has too few
+    frames."""
+    rectified = take.need("rectified")
     poses, R_camera_from_source = in_reference(take.need("poses"))
     up = (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2]
-    return by_disagreement(poses, series, second.pop(), up, rectified.up_error_deg, take.cutoff_hz)
+    return by_disagreement(poses, series, second, up, rectified.up_error_deg, take.cutoff_hz)
 
 
 def _columns(

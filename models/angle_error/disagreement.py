@@ -19,7 +19,7 @@ from ..gravity import Seen, TakeUp, take_rotation
 from ..gravity.levelling import level
 from ..rectifier.load import load_rectifier
 from .joint_noise import shipped_noise
-from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, smoothed, take_angles
+from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, growth_of, smoothed, take_angles
 
 _OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
 _TINY = 1e-9  # of a window's mean of ones and zeros: none
@@ -48,16 +48,16 @@ def by_disagreement(
     rows = np.where(there, rows, 0)
     joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
     spread = np.where(there, stated_spread(second)[rows], np.nan)
-    del second  # and its covariances, which in a long take are most of what is held here
     R, error_deg = take_rotation(load_rectifier("pcnet"), joints, poses.times, poses.seams)
     levelled = level(
         Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
     )
     seams = breaks(poses)
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams)
+    of = TakeJoints(joints, filtered, levelled.R_camera_from_body)
+    beyond = growth_of(of, poses.times)
     own = take_angles(
-        TakeJoints(joints, filtered, levelled.R_camera_from_body),
-        LiftErrors(levelled.error_deg, levelled.up_error_deg, shipped_noise(), spread),
+        of, LiftErrors(levelled.error_deg, levelled.up_error_deg, shipped_noise(), spread, beyond)
     )
     window = max(round(_OVER_S / float(np.median(np.diff(poses.times)))), 1)
     out = dict(angles)

@@ -14,6 +14,9 @@ most, which no frame's spread tells. Each angle therefore has a part of its own 
 as they do, so that little of its error reaches an angle between body and up, while one that the image knows hides
 nothing of what the lifter leans.
 
+Nor does it tell all of what a lifter errs more in postures that its training had few of, and in fast motion: each angle
+has a part for the lean of the trunk, a low pelvis, raised arms and speed (`postures`, posture.py), added as squares.
+
 joint_noise.json was learned by models/lab/fits/joint_noise.py and models/lab/errors: the modes on lifted train
 subjects, by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten errors
 lie within 1.645 standard deviations in every configuration of a run, on lifted validation subjects
@@ -53,8 +56,9 @@ class JointNoise:
     error in degrees, limb spread and stated spread of a frame whose noise is these modes; powers: how the noise grows
     with each. factors, tilts: by angle, on the propagated standard deviations of joints and heading, and of up. more:
     by angle, (found degrees, standard deviations in degrees) of the part that goes with the found angle, their squares
-    on straight lines between. rates: by angle, of its angular velocity: a share of what the smoother's model says, one
-    of the rate, and a least one in degrees a second; their squares add. turn: of joints' own places
+    on straight lines between. postures: by angle, the standard deviations in degrees that one of
+    each column of posture.growth adds. rates: by angle, of its angular velocity: a share of what the smoother's model
+    says, one of the rate, and a least one in degrees a second; their squares add. turn: of joints' own places
     (joint_covariance.py). lifter: whose poses these are the errors of, as PoseSequence.made_by names it."""
 
     modes: np.ndarray
@@ -63,16 +67,24 @@ class JointNoise:
     factors: dict[str, float] = field(default_factory=dict)
     tilts: dict[str, float] = field(default_factory=dict)
     more: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
+    postures: dict[str, list[float]] = field(default_factory=dict)
     rates: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     turn: tuple[float, float, float] = (1.0, 1.0, 0.0)
     lifter: str = ""
 
     def whole(
-        self, name: str, noise_deg: np.ndarray, tilt_deg: np.ndarray, found_deg: np.ndarray
+        self,
+        name: str,
+        noise_deg: np.ndarray,
+        tilt_deg: np.ndarray,
+        found_deg: np.ndarray,
+        growth: np.ndarray | None = None,
     ) -> np.ndarray:
-        """(T,) an angle's standard deviation, of those that the joints' noise and up's error make, and the angle itself
-        (T,), degrees."""
+        """(T,) an angle's standard deviation, of those that the joints' noise and up's error make, the angle itself
+        (T,), degrees, and the posture (T, 4), as of posture.growth; None counts as standing."""
         square = noise_deg**2 + tilt_deg**2
+        if growth is not None and name in self.postures:
+            square = square + growth**2 @ np.square(self.postures[name])
         if name in self.more:
             at, more = self.more[name]
             square = square + np.interp(found_deg, at, np.square(more))
@@ -103,6 +115,7 @@ class JointNoise:
             "factors": self.factors,
             "tilts": self.tilts,
             "more": {name: {"found_deg": at, "sd_deg": more} for name, (at, more) in self.more.items()},
+            "postures": self.postures,
             "rates": self.rates,
             "turn": self.turn,
             "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in self.modes],
@@ -132,6 +145,7 @@ def read_noise(path: Path) -> JointNoise:
             factors=dict(content["factors"]),
             tilts=dict(content["tilts"]),
             more={name: (more["found_deg"], more["sd_deg"]) for name, more in content["more"].items()},
+            postures={name: list(map(float, each)) for name, each in content["postures"].items()},
             rates={name: (each[0], each[1], each[2]) for name, each in content["rates"].items()},
             turn=(content["turn"][0], content["turn"][1], content["turn"][2]),
             lifter=str(content["lifter"]),

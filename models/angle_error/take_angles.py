@@ -19,6 +19,7 @@ from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
 from ..common.spread import stated_spread
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
+from .posture import features, growth
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
 
@@ -62,12 +63,14 @@ class TakeJoints:
 @dataclass(frozen=True, eq=False)
 class LiftErrors:
     """Of lifted joints in CAMERA axes, whose noise is known in depth and across. error_deg, up_error_deg: (T,) of the
-    rectification. noise: of the lifter. stated: (T,) the lifter's own error, as of `noise_size`, None without."""
+    rectification. noise: of the lifter. stated: (T,) the lifter's own error, as of `noise_size`, None without.
+    growth: (T, 4) of the posture (posture.growth), None where it does not count."""
 
     error_deg: np.ndarray
     up_error_deg: np.ndarray
     noise: JointNoise
     stated: np.ndarray | None = None
+    growth: np.ndarray | None = None
 
 
 def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
@@ -91,12 +94,13 @@ def _angles(
     R = np.where(turned[:, None, None], of.R_source_from_body, np.eye(3))
     body = rotate(transpose(R), of.filtered)
     values = angles(body)
-    unknown, sd = np.full(len(body), np.nan), {}
+    unknown, sd, beyond = np.full(len(body), np.nan), {}, None
     noise = shipped_noise() if errors is None else errors.noise
     if errors is not None and size is not None:
         sd = angle_sd(
             body, of.R_source_from_body, errors.error_deg[rows], errors.up_error_deg[rows], size[rows], noise
         )
+        beyond = None if errors.growth is None else errors.growth[rows]
     there, left = is_finite(of.joints), is_finite(of.filtered)
     hidden = np.zeros(there.shape, dtype=bool) if of.unseen is None else of.unseen & ~there
     defined, points = ANGLES, H36M17.joints
@@ -110,7 +114,7 @@ def _angles(
     for name, angle in defined.items():
         parts = [points.index(joint) for joint in angle.joints]
         own, tilt = sd.get(name, (unknown, unknown))
-        whole = noise.whole(name, own, tilt, values[name])
+        whole = noise.whole(name, own, tilt, values[name], beyond)
         seen, kept = there[:, parts].all(axis=1), left[:, parts].all(axis=1)
         level = turned & of.level_ok if angle.needs_gravity else kept | turned
         undefined = np.isnan(values[name])
@@ -127,6 +131,11 @@ def _angles(
         whole, own, tilt = (np.where(fine, x, np.nan).astype(np.float32) for x in (whole, own, tilt))
         out[name] = AngleSeries(value, whole, reason, own, tilt)
     return out
+
+
+def growth_of(of: TakeJoints, time_s: np.ndarray) -> np.ndarray:
+    """(T, 4) of posture.growth, at times (T,)."""
+    return growth(features(rotate(transpose(of.R_source_from_body), of.filtered), time_s))
 
 
 def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
@@ -166,7 +175,8 @@ def angle_series(
     )
     errors = None
     if noise is not None:
-        errors = LiftErrors(rectified.error_deg, rectified.up_error_deg, noise, stated_spread(source))
+        beyond = growth_of(of, poses.times)
+        errors = LiftErrors(rectified.error_deg, rectified.up_error_deg, noise, stated_spread(source), beyond)
     series = take_angles(of, errors)
     return series, source.times
 

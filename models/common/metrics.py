@@ -79,8 +79,15 @@ def joint_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return np.linalg.norm(predicted - truth, axis=-1).mean(axis=-1)
 
 
+def rigid_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) the same after the best rotation and shift of every frame, sizes as they are."""
+    a = truth - truth.mean(axis=-2, keepdims=True)
+    b = predicted - predicted.mean(axis=-2, keepdims=True)
+    return joint_error(rotate(kabsch(a, b), b), a)
+
+
 def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """(..., T) the same after the best rotation, shift and scale of every frame (PA-MPJPE)."""
+    """(..., T) the same with the best scale of every frame too (PA-MPJPE)."""
     a = truth - truth.mean(axis=-2, keepdims=True)
     b = predicted - predicted.mean(axis=-2, keepdims=True)
     return joint_error(scaled(rotate(kabsch(a, b), b), a), a)

@@ -266,6 +266,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rebase": ("suspicious", "poses",
         "In every frame the outermost joint lies exactly at {axis} = 0: the pelvis's movement along that axis is "
         "lost."),
+    "poses-far-off": ("suspicious", "poses",
+        "The joints are probably off by {mm:.0f} mm on average, and may be off by twice that: look at them beside the "
+        "images before you use a figure."),
     "flat": ("unusable", "poses",
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
     "axis-invented": ("unusable", "poses",

@@ -255,6 +255,13 @@ class Take:
         """What makes its poses doubtful, and its other notices, each once."""
         return without_doubles((*grave(self.findings or ()), *self.notices))
 
+    @property
+    def error_unknown(self) -> bool:
+        """Whether nothing tells how far its poses are off, neither their source nor a lifter's stated errors."""
+        return (
+            self.angle_errors == "none" and self.poses is not None and self.poses.made_by.kind == "estimated"
+        )
+
     def with_(self, **changes: Any) -> Take:
         return replace(self, **changes)
 

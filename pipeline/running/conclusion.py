@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.answer import answer
 from ..core.messages import bound_in_words, how_many, is_verbose, say, show
-from ..core.notices import EXIT_CODES, Notice, verdict, verdict_words
+from ..core.notices import EXIT_CODES, Notice, grave, verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
@@ -103,6 +103,8 @@ def trust(take: Take) -> tuple[int, str]:
     neither. Its poses are judged as by `pcnet3d inspect`."""
     judged = take.judged
     code, words = EXIT_CODES[verdict(judged)], [] if take.findings is None else [verdict_words(judged)]
+    if words and not grave(judged) and take.error_unknown:
+        words = ["no fault was found in the poses, but how far they are off cannot be judged"]
     if take.rectified is not None:
         levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg[take.rectified.turned]
         code = code if levelled else EXIT_CODES["unusable"]

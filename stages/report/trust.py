@@ -96,6 +96,8 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         level = "care" if level == "good" else level
         doubts += against
     name = f"The poses are {facts.verdict}"
+    if level == "good" and take.error_unknown:
+        name, level = "How far the poses are off cannot be judged", "care"
     if [doubt.code for doubt in facts.doubts] == ["too-few-frames"]:
         name = "The poses cannot be judged"
     elif level == "good" and _whole(take.need("poses")).mean() < _MOSTLY:

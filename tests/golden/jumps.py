@@ -75,7 +75,7 @@ def toe_jump(
         floor_s = abs(way) - air_s[end]  # since the balls of the feet are on the floor
         if floor_s <= 0:
             heels = np.interp(way, [-air_s[0], air_s[1]], turned)
-            body = _body(_STIFF_RAD, heels)
+            body = posed(_STIFF_RAD, heels)
             body[:, 2] += highest - 9.81 / 2 * way**2 - _centre(body)
             bodies.append(body)
             continue
@@ -86,11 +86,11 @@ def toe_jump(
             centre = lowest + (rest - lowest) * (1 - np.cos(np.pi * min((floor_s - push_s) / sink_s, 1))) / 2
         heels = turned[end] * max(1 - floor_s / min(_HEELS_S, push_s / 2), 0)
         lean = brentq(lambda lean, heels=heels, centre=centre: _over_balls(lean, heels) - centre, 0, 1.4)
-        bodies.append(_body(lean, heels))
+        bodies.append(posed(lean, heels))
     return ToeJump(np.array(bodies), time_s, apex_s - air_s[0], apex_s + air_s[1], high_m)
 
 
-def _body(lean: float, heels: float) -> np.ndarray:
+def posed(lean: float, heels: float) -> np.ndarray:
     """(17, 3) metres over the balls of the feet. lean: of shank and thigh from upright; heels: how far the feet are
     turned on their balls; radians."""
     back, up = FOOT_M
@@ -120,4 +120,4 @@ def _centre(body: np.ndarray) -> float:
 
 def _over_balls(lean: float, heels: float) -> float:
     """How high the centre of mass is over the balls of the feet."""
-    return _centre(_body(lean, heels))
+    return _centre(posed(lean, heels))

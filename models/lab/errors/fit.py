@@ -86,6 +86,4 @@ def held_out(
 def thinned(take: Stated) -> Stated:
     """At most _CASES of it, drawn: every tenth would be of the same joint."""
     rows = np.sort(np.random.default_rng(0).permutation(len(take.error))[:_CASES])
-    return replace(
-        take, error=take.error[rows], half=take.half[rows], known={k: v[rows] for k, v in take.known.items()}
-    )
+    return take.part(rows)

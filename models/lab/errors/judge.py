@@ -33,9 +33,12 @@ class Stated:
 
     def judged(self) -> Stated:
         """Only the cases with an error and a bar."""
-        fine = np.isfinite(self.error) & np.isfinite(self.half)
-        known = {name: values[fine] for name, values in self.known.items()}
-        return Stated(self.statement, self.person, self.error[fine], self.half[fine], known)
+        return self.part(np.isfinite(self.error) & np.isfinite(self.half))
+
+    def part(self, rows: np.ndarray) -> Stated:
+        """Only the cases rows, (N,) bool or their numbers."""
+        known = {name: values[rows] for name, values in self.known.items()}
+        return replace(self, error=self.error[rows], half=self.half[rows], known=known)
 
 
 @dataclass(frozen=True)
@@ -71,23 +74,23 @@ def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, 
     out = []
     for low, high, use in tenths(takes, name):
         ends = np.cumsum([len(take.error) for take in takes])[:-1]
-        part = [
-            Stated(take.statement, take.person, take.error[of], take.half[of])
-            for take, of in zip(takes, np.split(use, ends), strict=True)
-            if of.any()
-        ]
+        part = [take.part(of) for take, of in zip(takes, np.split(use, ends), strict=True) if of.any()]
         out.append((low, high, mean(part, lambda take: take.error), inside(part)))
     return out
 
 
 def tenths(takes: Sequence[Stated], name: str) -> Iterator[tuple[float, float, np.ndarray]]:
     """(from, to, (N,) bool of the cases of all takes) of every tenth of the cases by what is known under `name`, but
-    those of too few people."""
+    those of too few people; of postures each by itself, however few they are."""
     values = np.concatenate([take.known[name] for take in takes] or [np.zeros(0)])
     if len(values) < _BINS:
         return
     people = np.unique([take.person for take in takes], return_inverse=True)[1]
     of_case = np.repeat(people, [len(take.error) for take in takes])
+    if name == "posture":
+        for which in np.unique(values).tolist():
+            yield which, which, values == which
+        return
     edges = np.unique(np.nanquantile(values, np.linspace(0, 1, _BINS + 1)))
     for low, high in pairwise(edges):
         use = (values >= low) & ((values <= high) if high == edges[-1] else (values < high))

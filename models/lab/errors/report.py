@@ -21,6 +21,7 @@ from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise
+from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
 from ...common.metrics import SD_90, plain
 from ...gravity.levelling import HEADING_POWER
 from ...gravity.votes import USUAL_SPREAD
@@ -42,7 +43,7 @@ SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
 # In which angles' errors are fitted.
-FITTED = ("bodies alone", "image", "moving", "typical", "typical, image")
+FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "typical, image")
 
 PAGE = Page(
     "Stated errors",
@@ -74,6 +75,13 @@ PAGE = Page(
             "Bodies alone, wild cameras; tenths of the cases.",
         ),
         Table(
+            "By posture and speed",
+            "postures/*/*",
+            ["angle", "posture"],
+            {"cases": "{cases}", "people": "{people}", "inside": "{inside:.0%}"},
+            "As a run finds them, all configurations together.",
+        ),
+        Table(
             "Of strangers",
             "strangers/*/*",
             ["statement", "configuration"],
@@ -99,6 +107,7 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
     return {
         "bodies alone": own,
         "image": replace(own, image=True),
+        "unsuspected errors": replace(own, image=True, unsuspected=True),
         "up given": replace(own, up_told=True),
         "moving": replace(own, camera="moving"),
         "moving, image": replace(own, camera="moving", image=True),
@@ -145,12 +154,21 @@ def tables(
         row | ({"set": "val"} if known[row["configuration"]].real else {})  # whoever else is judged
         for row in judged(cases, str(question.people))
     ]
-    results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}, "strangers": {}}
+    results: dict[str, Any] = {
+        **question.heading(),
+        "statements": {},
+        "sizes": {},
+        "postures": {},
+        "strangers": {},
+    }
     for row in rows:
         bias = judge.mean(cases[row["configuration"]][row["statement"]], lambda take: take.error)
         results["statements"].setdefault(row["statement"], {})[row["configuration"]] = {**row, "bias": bias}
     for angle, size, figures in by_size(next(iter(cases.values()), {})):
         results["sizes"].setdefault(angle, {})[size] = figures
+    for angle in OF_BOTH:
+        if takes := _pooled(cases, angle):
+            results["postures"][angle] = {name: asdict(one) for name, one in by_posture(takes)}
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
         write_text(output / _ROWS, as_json(rows))
@@ -219,18 +237,28 @@ def by_size(by_statement: Mapping[str, Sequence[Stated]]) -> Iterator[tuple[str,
                 yield statement, f"{low:.0f} to {high:.0f}", {"bias": mean, "inside": one.inside}
 
 
+def by_posture(takes: Sequence[Stated]) -> Iterator[tuple[str, judge.Inside]]:
+    """(name, how many are inside) of all cases, of each of POSTURES, and of slow and of fast motion."""
+    yield "all", judge.inside(takes)
+    for place, name in enumerate(POSTURES):
+        yield name, judge.inside([take.part(take.known["posture"] == place) for take in takes])
+    for name, fast in (("slow", False), ("fast", True)):
+        yield name, judge.inside([take.part((take.known["speed"] > FAST) == fast) for take in takes])
+
+
 def refitted(cases: Cases, noise: JointNoise) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
     by, that hold in these configurations together."""
     every = dict.fromkeys(map(of_both, ANGLES))
     parts = {both: _angle(_pooled(cases, both), both) for both in every}
     rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in every}
-    factors, tilts, more = ({name: parts[of_both(name)][i] for name in ANGLES} for i in range(3))
+    factors, tilts, more, postures = ({name: parts[of_both(name)][i] for name in ANGLES} for i in range(4))
     return replace(
         noise,
         factors=factors,
         tilts=tilts,
         more=more,
+        postures=postures,
         rates={name: rates[of_both(name)] for name in ANGLES},
         turn=_turn([*_pooled(cases, "joints in depth"), *_pooled(cases, "joints across")], noise.turn),
     )
@@ -248,20 +276,23 @@ def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for by_statement in cases.values() for take in by_statement.get(statement, ())]
 
 
-def _angle(takes: Sequence[Stated], both: str) -> tuple[float, float, tuple[list[float], list[float]]]:
+def _angle(
+    takes: Sequence[Stated], both: str
+) -> tuple[float, float, tuple[list[float], list[float]], list[float]]:
     knots, squares = _of_angle(takes, both)
     share, *rest = np.sqrt(fitted(takes, squares)).tolist()
+    rest, postures = rest[: -len(FEATURES)], rest[-len(FEATURES) :]
     tilt, at_knots = (rest[0], rest[1:]) if _needs_gravity(both) else (0.0, rest)
     at, more = knots.tolist(), [round(each, 2) for each in at_knots]
     if both in MIRRORED_SIGN:
         at, more = [-each for each in at[:0:-1]] + at, more[:0:-1] + more
-    return round(share, 3), round(tilt, 3), (at, more)
+    return round(share, 3), round(tilt, 3), (at, more), [round(each, 2) for each in postures]
 
 
 def _of_angle(takes: Sequence[Stated], both: str) -> tuple[np.ndarray, Squares]:
     """The found angles at which the part that goes with them is fitted, and what all parts are of: the joints'
-    noise, up's error where gravity matters, and that one. Of an angle that changes sign in a mirror its size counts,
-    for a body errs as its mirror image does."""
+    noise, up's error where gravity matters, that one, and the posture. Of an angle that changes sign in a mirror its
+    size counts, for a body errs as its mirror image does."""
 
     def found(take: Stated) -> np.ndarray:
         values = take.known["found"]
@@ -276,7 +307,9 @@ def _of_angle(takes: Sequence[Stated], both: str) -> tuple[np.ndarray, Squares]:
 
     def squares(take: Stated) -> np.ndarray:
         known = np.stack([take.known[part] for part in parts], axis=1)
-        return SD_90**2 * np.concatenate([known**2, _hats(found(take), knots)], axis=1)
+        return SD_90**2 * np.concatenate(
+            [known**2, _hats(found(take), knots), growth(take.known) ** 2], axis=1
+        )
 
     return knots, squares
 

@@ -15,6 +15,7 @@ from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
+from ...angle_error.posture import features, posture
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import TakeJoints, angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
@@ -143,12 +144,18 @@ def _across(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
 def angles(
     take: Take, truth: SeenTake, rows: np.ndarray, noise: JointNoise | None = None
 ) -> Iterator[Stated]:
-    """Every angle and its rate, both sides together, of upright frames; `noise`, `tilt` and `model` are what their
-    errors are made of, before their factors (JointNoise.whole, of_rate). rows: (T,) as of `up`; noise: by which
-    they are stated."""
+    """Every angle and its rate, both sides together; `noise`, `tilt` and `model` are what their errors are made of,
+    before their factors (JointNoise.whole, of_rate), the posture what angles' grow with. rows: (T,) as of `up`; noise:
+    by which they are stated."""
     noise = shipped_noise() if noise is None else noise
     columns, time_s = take.kinematics or {}, truth.keypoints.times
-    plain = replace(noise, factors={}, tilts={}, more={})
+    plain = replace(noise, factors={}, tilts={}, more={}, postures={})
+    rectified = take.need("rectified")
+    body = rotate(
+        transpose(rectified.R_source_from_body) @ rectified.R_source_from_level, take.need("filtered").joints
+    )
+    of = features(body, take.need("poses").times)
+    stands = {**of, "posture": posture(of)}
     parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
     R = truth.R_camera_from_body
     true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
@@ -157,11 +164,11 @@ def angles(
     for name in ANGLES:
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
-        use = ~truth.lying[rows] & (true[name].reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE)
+        use = (true[name].reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE)
         both, raw = of_both(name), parts_of[name]
         use &= np.isfinite(raw.noise_deg)
         error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
-        known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
+        known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg, **stands}
         parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate)}

@@ -58,6 +58,7 @@ REPORTS = {
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
     "gait": Report(".gait", ("rectifier", *_VIRTUAL), {"rectifier": ("pcnet",)}),
     "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}),
+    "verdicts": Report(".verdicts", _VIRTUAL),
     "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}),
     "errors": Report(
         "..errors.report",

@@ -12,6 +12,7 @@ from pcnet3d.pipeline import Z_UP, InputError, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.messages import set_detail
 from pcnet3d.pipeline.core.notices import notice, own_notice
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, trust
@@ -180,3 +181,18 @@ def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
     part = take.with_(video=whole).saying(notice("lost-and-found", person="0", again="2", frames=frames))
     assert f"{frames} of the video's {2 * frames} frames (50 %), of person 0. " in f"{seen(part)} "
     assert "video" not in seen(take.with_(video=replace(whole, part=(0, frames - 1))))
+
+
+@pytest.mark.parametrize(
+    ("kind", "basis", "judged"),
+    [
+        ("estimated", "none", False),
+        ("estimated", "disagreement", True),
+        ("measured", "none", True),
+    ],
+)
+def test_poses_whose_error_nothing_tells_are_not_called_good(take, kind, basis, judged):
+    """A foreign lifter's take that was off by 146 mm was good."""
+    poses = take.poses.with_(made_by=MadeBy(kind, "somebody"))
+    code, words = trust(take.with_(poses=poses, angle_errors=basis))
+    assert (code, "the poses are good" in words, "cannot be judged" in words) == (0, judged, not judged)

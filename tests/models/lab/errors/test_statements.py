@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.posture import POSTURES
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.lab.errors import judge, report
 from pcnet3d.models.lab.errors.judge import Stated
@@ -74,7 +75,7 @@ def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(e
             assert 0.8 * frames <= len(one.error) <= 2 * frames
 
 
-def test_an_angle_without_a_value_or_a_bar_is_no_case_and_neither_are_lying_people(exact, rows):
+def test_an_angle_without_a_value_or_a_bar_is_no_case(exact, rows):
     columns = dict(with_errors(exact.take, 1.0, 2.0).kinematics)
     for side in "rl":
         columns[f"{side}_knee_flexion_sd_deg"] = np.full(len(rows), np.nan)
@@ -84,8 +85,18 @@ def test_an_angle_without_a_value_or_a_bar_is_no_case_and_neither_are_lying_peop
     cases = {one.statement: len(one.error) for one in angles(take, exact.truth, rows)}
     assert cases["knee_flexion"] == cases["elbow_flexion"] == 0
     assert cases["trunk_lean_sagittal"] == 50
-    lying = replace(exact.truth, lying=np.ones(len(rows), dtype=bool))
-    assert not any(len(one.error) for one in angles(take, lying, rows))
+
+
+def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(exact, rows):
+    """Only upright frames counted, while lying people had bars as well."""
+    take = with_errors(exact.take, 30.0, 33.0)
+    one = next(one for one in angles(take, exact.truth, rows) if one.statement == "knee_flexion")
+    stands = np.where(np.arange(len(one.error)) % 2, 0, POSTURES.index("lying"))
+    low = replace(one, half=np.where(stands, 15.0, 33.0), known={**one.known, "posture": stands})
+    shares = {name: found.inside for name, found in report.by_posture([low])}
+    assert (shares["upright"], shares["lying"]) == (1, 0)
+    assert shares["all"] == pytest.approx(0.5, abs=0.01)
+    assert np.isnan(shares["crouched"])
 
 
 @pytest.mark.parametrize(("bound", "holds"), [(7.0, 1.0), (5.0, 0.0)])

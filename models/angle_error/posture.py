@@ -1,0 +1,68 @@
+"""In which posture a body is, and how fast it moves: what a lifter errs more in than its own spread says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import angle_deg
+
+POSTURES = ("upright", "bent", "arms overhead", "crouched", "lying")
+FEATURES = ("lean", "low", "arms", "speed")
+_BENT_DEG, _LYING_DEG = 30.0, 60.0  # lean of the trunk
+_OVERHEAD_DEG = 120.0
+_LOW, _STANDS = 0.38, 0.47  # statures of the pelvis over the lower ankle: somebody crouches, or stands
+FAST = 0.5  # statures a second; walks have 0.35
+_SPEED_S = 0.1  # to either side, over which a speed is taken
+_USUAL = 0.35  # speed that adds nothing of its own
+_UNITS = {"lean": 45.0, "low": 0.25, "arms": 60.0, "speed": 1.0}
+
+
+def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    """{name of FEATURES: (T,)} of joints (T, 17, 3) in BODY, of any unit, at times (T,): lean of the trunk from upright
+    and the higher upper arm's angle from the trunk, degrees; how high the pelvis is over the lower ankle, statures; and
+    the mean speed of the joints about the pelvis, statures a second. NaN where it is not known."""
+    body = body.astype(np.float64)
+
+    def way(start: str, end: str) -> np.ndarray:
+        return body[:, H36M17.index(end)] - body[:, H36M17.index(start)]
+
+    trunk, up = way("pelvis", "thorax"), np.broadcast_to([0.0, 0.0, 1.0], (len(body), 3))
+    stature = implied_stature(body)
+    ankles = np.stack([way("pelvis", f"{side}_ankle")[:, 2] for side in "rl"])
+    arms = [angle_deg(way(f"{side}_shoulder", f"{side}_elbow"), -trunk) for side in "rl"]
+    reach = max(round(_SPEED_S / max(float(np.median(np.diff(time_s))), 1e-9)), 1) if len(body) > 1 else 0
+    rows = np.arange(len(body))
+    first, last = np.maximum(rows - reach, 0), np.minimum(rows + reach, len(rows) - 1)
+    moved = np.linalg.norm(body[last] - body[first], axis=-1).mean(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return {
+            "lean": angle_deg(trunk, up),
+            "low": -np.fmin(*ankles) / stature,
+            "arms": np.fmax(*arms),
+            "speed": moved / (time_s[last] - time_s[first]) / stature,
+        }
+
+
+def growth(of: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(T, 4) how far each feature is beyond a standing or walking person's, 0 where it is not, or not known; of lean
+    1 is 45 degrees, of a low pelvis a quarter of the stature, of arms 60 degrees, of speed a stature a second."""
+    beyond = {
+        "lean": of["lean"] - _BENT_DEG / 2,
+        "low": _STANDS - of["low"],
+        "arms": of["arms"] - 90.0,
+        "speed": of["speed"] - _USUAL,
+    }
+    return np.stack([np.fmax(np.nan_to_num(beyond[name]), 0.0) / _UNITS[name] for name in FEATURES], axis=-1)
+
+
+def posture(of: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(T,) places in POSTURES."""
+    return np.select(
+        [of["lean"] > _LYING_DEG, of["low"] < _LOW, of["arms"] > _OVERHEAD_DEG, of["lean"] > _BENT_DEG],
+        [4, 3, 2, 1],
+        0,
+    )
