@@ -11,7 +11,7 @@ import numpy as np
 
 from ..models.detector.flow import NEAR_LAGS, SIDE, Flow, flow_notice, flow_of, pairs_of
 from ..models.gravity.view import camera_of, static_camera
-from ..pipeline.core.camera import Background, Camera
+from ..pipeline.core.camera import TREMBLE, Background, Camera
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
@@ -125,4 +125,8 @@ def _motion(background: Background | None, told: Told) -> list[Notice]:
     if told.moving and background.kind == "still":
         found = "the background stands still"
         return [notice("camera-against-told", told="moving", found=found, other="static")]
-    return [notice("camera-moves", **values)] if background.moves else []
+    if background.moves:
+        return [notice("camera-moves", **values)]
+    if background.reach > TREMBLE and not told.moving:
+        return [notice("camera-shakes", reach_percent=100 * background.reach)]
+    return []

@@ -70,7 +70,14 @@ def camera_of(
         found = moving_camera(seen, shown_size(video), _boxes(everybody, frames), *told)
     else:
         found = static_camera(images, boxes, *told)
-    return replace(found, intrinsics=intrinsics, background=background)
+    found = replace(found, intrinsics=intrinsics, background=background)
+    return replace(found, looks=tuple(_shaken(look, found.shake_rad) for look in found.looks))
+
+
+def _shaken(look: Look, shake_rad: float) -> Look:
+    """Of a camera that shakes other frames have another up than the images that were looked at."""
+    across = np.eye(3) - np.outer(look.up, look.up)
+    return replace(look, covariance=look.covariance + shake_rad**2 * across)
 
 
 def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, int]) -> Background | None:

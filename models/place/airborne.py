@@ -9,6 +9,7 @@ import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
+from ...pipeline.core.camera import Camera
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import PoseSequence, Rectified
@@ -47,7 +48,7 @@ class Airborne:
     cut: bool = False
     lifted: bool = False
     judged: bool = False
-    still: bool = True
+    shake: float = 0.0
     ankle: np.ndarray | None = None
 
 
@@ -71,7 +72,16 @@ def airborne(take: Take) -> Airborne:
     level = level.with_(joints=bridged(level.joints, level.times), path=RootPath(root))
     found = _airborne(level, LIFTED, _stature_m(level))
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    return replace(found, lifted=True, judged=judged, still=take.stands)
+    return replace(found, lifted=True, judged=judged, shake=_shake(take, take.camera, poses))
+
+
+def _shake(take: Take, camera: Camera, poses: PoseSequence) -> float:
+    """As Airborne has it. poses: in CAMERA axes, placed."""
+    if take.stands or poses.root is None:
+        return 0.0 if take.stands else np.nan
+    shakes = camera.background is not None and camera.background.kind == "hand-held" and not take.told.moving
+    distance = float(np.nanmedian(np.linalg.norm(poses.root, axis=1))) / implied_stature(poses.joints)
+    return camera.shake_rad * distance if shakes else np.nan
 
 
 def _airborne(level: PoseSequence, rule: Rule, stature_m: float | None = None) -> Airborne:

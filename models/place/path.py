@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,8 +48,8 @@ class PelvisPath:
 
 
 def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> PelvisPath | None:
-    """The pelvis's path before a camera that stands still; None where too few joints tell where it is,
-    and of fewer than FEWEST_FRAMES.
+    """The pelvis's path before a camera that stands still, or shakes, which each frame's own error has then; None where
+    too few joints tell where it is, and of fewer than FEWEST_FRAMES.
 
     poses: H36M17 in CAMERA axes, relative to the pelvis, with times, in any unit. keypoints: of the same person, pixels
     as they were filmed, in any layout that has H36M17's joints; rows belong together by their frame numbers. Those that
@@ -61,7 +61,11 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     require(poses.frame, CAMERA, "pelvis_path")
     rays, trust = keypoint_rays(poses, keypoints, camera)
     focal_sd = camera.focal_sd_px / camera.focal_px
-    return _path(poses.joints, rays, trust, poses.times, focal_sd)
+    path = _path(poses.joints, rays, trust, poses.times, focal_sd)
+    if path is None or camera.shake_rad == 0:
+        return path
+    across = (camera.shake_rad * path.root[:, 2, None]) ** 2 * [1.0, 1.0, 0.0]
+    return replace(path, own=path.own + across[:, None] * np.eye(3))
 
 
 def _path(

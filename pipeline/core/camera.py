@@ -39,7 +39,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Background:
-    """How the background of the images moves, outside people. kind: "hand-held" stays about where it is, "following"
+    """How the background of the images moves, outside people. kind: "hand-held" shakes about one place, "following"
     goes with the person, "panning" without, "zooming" grows or shrinks. speed: longer sides of the image a second, a
     median; reach: as far as the image's middle wanders in all, in longer sides."""
 
@@ -50,14 +50,20 @@ class Background:
     @property
     def words(self) -> str:
         """What the camera does."""
-        return {"still": "stands still", "hand-held": "is held in a hand", "panning": "pans or travels",
+        return {"still": "stands still", "hand-held": "shakes", "panning": "pans or travels",
                 "zooming": "zooms or travels",
                 "following": "follows the person"}[self.kind]  # fmt: skip
 
     @property
     def moves(self) -> bool:
-        """Whether the camera is none that stands still: by more than a hand's tremble, which is half a degree."""
-        return self.kind not in ("still", "hand-held") or self.reach > TREMBLE
+        """Whether the camera goes elsewhere: one that shakes stays about where it is."""
+        return self.kind not in ("still", "hand-held")
+
+    @property
+    def shake(self) -> float:
+        """Standard deviation of where a camera that shakes looks, along either side, in longer sides of the image: a
+        quarter of the way from end to end; 0 of others."""
+        return self.reach / 4 if self.kind == "hand-held" else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +84,12 @@ class Camera:
     intrinsics: Intrinsics | None = None
     background: Background | None = None
     focal_against_px: float | None = None
+
+    @property
+    def shake_rad(self) -> float:
+        """Standard deviation of where it looks, about either axis, of a camera that shakes; 0 of others."""
+        shake = 0.0 if self.background is None else self.background.shake
+        return shake * max(self.image_size) / self.focal_px
 
 
 def pitch_roll_deg(up: np.ndarray) -> np.ndarray:

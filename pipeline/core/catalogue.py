@@ -114,6 +114,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-moves": ("note", "camera",
         "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it neither "
         "moves nor zooms, give --camera static."),
+    "camera-shakes": ("note", "camera",
+        "The camera shakes: the image wanders by {reach_percent:.0f} % of its longer side. Places and up are that much "
+        "less certain."),
     "camera-against-told": ("warning", "camera",
         "You gave --camera {told}, but {found}. If that is so, give --camera {other}."),
     "camera-motion-unknown": ("note", "camera",

@@ -24,6 +24,7 @@ _STRIDE_S = 0.3  # nobody flies longer from step to step of a run
 _HIGH = 0.15  # statures: nor gets the lower ankle so high; in runs it rises to 0.1, in hops among them 0.23 and more
 _FEWEST_STEPS = {"walking": 3, "running": 2}  # as models/gait/events.py counts them
 _CM = 100.0
+_LEAVES = 1.2  # statures a second, of feet that leave the floor or meet it: 2 m/s, of a jump of 20 cm
 _LEGS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("knee", "ankle"))
 
 
@@ -42,14 +43,15 @@ class _Errors:
 def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
     """What holds for nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
     true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
-    and wild, where the error of up (up_deg) counts. NaN for a lifter whose errors were not measured, and where the
-    camera may move: then it would move what falls."""
+    and wild, where the error of up (up_deg) counts, and by how much a camera shakes, at either end of a rise. NaN for a
+    lifter whose errors were not measured, and where the camera may move: then it would move what falls."""
     if not airborne.lifted:
         return _Errors(0.026, 0.013)
-    if not (airborne.judged and airborne.still):
+    if not (airborne.judged and np.isfinite(airborne.shake)):
         return _Errors(np.nan, np.nan)
-    rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg])
-    return _Errors(float(np.hypot(0.026, 0.003 * up_deg)), float(rise))
+    shakes = np.sqrt(2) * airborne.shake
+    rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg, shakes])
+    return _Errors(float(np.linalg.norm([0.026, 0.003 * up_deg, shakes / _LEAVES])), float(rise))
 
 
 def jumping(motion: Motion, airborne: Airborne, gait: Gait) -> list[Flight]:

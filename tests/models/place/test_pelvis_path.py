@@ -1,5 +1,7 @@
 """The pelvis's path before a camera: known answers on the walker, whose path and camera are known exactly."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.models.place.path import pelvis_path
 from pcnet3d.models.place.smoothing import covariances, smoothed
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.camera import Background, Camera
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.rotations import is_finite
@@ -64,6 +66,20 @@ def test_a_body_in_another_unit_gives_the_path_in_that_unit(body, noisy):
     half = pelvis_path(halved, keypoints, LENS)
     np.testing.assert_allclose(half.root, path.root / 2, rtol=1e-4)
     np.testing.assert_allclose(half.covariance, path.covariance / 4, rtol=1e-3)
+
+
+def test_a_camera_that_shakes_makes_each_frame_less_certain_across_the_view(body, points):
+    """A hand's tremble of two degrees cost the place and all jumps."""
+    shake = np.random.default_rng(4).uniform(-15, 15, (len(points), 1, 2))
+    shaken = seen(body, points)
+    shaken = shaken.with_(joints=shaken.joints + shake)
+    reach = float(np.hypot(*np.ptp(shake, axis=0)[0])) / SIZE[0]
+    calm = pelvis_path(body, shaken, LENS)
+    path = pelvis_path(body, shaken, replace(LENS, background=Background("hand-held", 0.1, reach)))
+    sd, calm_sd = (np.sqrt(np.diagonal(each.own, axis1=1, axis2=2)) for each in (path, calm))
+    np.testing.assert_allclose(sd[:, 2], calm_sd[:, 2])
+    held = np.abs(path.root - points[:, 0])[:, :2] < 1.645 * sd[:, :2]
+    assert held.mean() > 0.9 > (np.abs(calm.root - points[:, 0])[:, :2] < 1.645 * calm_sd[:, :2]).mean()
 
 
 def test_hidden_joints_and_outliers_hardly_move_it(body, points, noisy):

@@ -178,6 +178,13 @@ def test_a_fault_that_brings_others_with_it(walker, tmp_path, spoil, name):
     assert faults(found)[name] == "unusable"
 
 
+def test_who_walks_exactly_along_one_axis_has_lost_nothing(walker, tmp_path):
+    """Nothing moves across the walk, as of a simulated body, but bones keep their lengths: "that axis is invented"."""
+    planar = (walker - walker[:, :1]).astype(np.float64)
+    planar[..., 0] = planar[..., 0].mean(axis=0)
+    assert "axis-invented" not in faults(looked_at(tmp_path, planar))
+
+
 def test_a_body_on_its_side_before_a_camera_is_what_a_run_calls_it(walker, tmp_path):
     """y and z exchanged: inspect said "good"."""
     turned = (walker - walker[:, :1])[..., [0, 2, 1]] * [1, 1, -1]
