@@ -295,7 +295,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {first} and the {second} lie at one point in {count:~frame}: one of them was not found there. They are "
         "treated as gaps, joints of the trunk excepted."),
     "joints-exchanged": ("suspicious", "left and right",
-        "Bones are longer than crosswise: left and right {joints} are exchanged. They are treated as gaps."),
+        "Bones would be shorter, and keep their lengths better, with the {first} and the {second} in each other's "
+        "place: their names are exchanged. They are treated as gaps, joints of the trunk excepted."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),

@@ -45,7 +45,7 @@ class Person:
 
     source: as the adapter gives it. poses: the same as `read` would give it, left and right as they are; None for 2D
     and where the reader refuses. fit: with 2D keypoints, where they were given and can be compared. swaps: rows in
-    which limbs are exchanged or mirrored in depth.
+    which limbs are exchanged, or both on one.
     """
 
     source: PoseSequence

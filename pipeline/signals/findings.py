@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from .checks import (
     upside_down,
     whole_rows,
 )
-from .swaps import Swap, described, doubtful, find_swaps, wrong_rows
+from .swaps import Swap, find_swaps, notices_of, wrong_rows
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
 _LOST = (0.1, 0.5)
@@ -101,17 +102,11 @@ def row_findings(source: PoseSequence) -> list[Notice]:
 
 def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]:
     """Limbs that are wrong for some rows. Those that are not certain are notes."""
-    found = []
-    if certain := [swap for swap in swaps if swap.certain]:
-        wrong = int(wrong_rows(source, swaps).sum())
-        weight = weighed(wrong / len(source), _SWAPPED)
-        values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": described(source, certain)}
-        found.append(notice("swaps-found", weight=weight, what="poses", **values))
-    if open_side := doubtful(swaps):
-        found.append(
-            notice("swaps-doubtful", weight="note", what="poses", doubt=described(source, open_side))
-        )
-    return found
+    weight = weighed(float(wrong_rows(source, swaps).mean()), _SWAPPED)
+    return [
+        replace(each, weight="note" if each.code == "swaps-doubtful" else weight)
+        for each in notices_of(source, swaps, "poses")
+    ]
 
 
 def _incomplete(source: PoseSequence) -> int:

@@ -1,12 +1,11 @@
-"""Limbs that are wrong for some rows of a take: left and right exchanged, both on one, or depth turned over.
+"""Limbs that are wrong for some rows of a take: left and right exchanged, or both on one.
 
-An estimator that takes the left leg for the right one makes both legs leap there and back; one that takes a limb's
-depth for its opposite makes it leap through the plane of the image. Both only change the sign of vectors: from one
-limb to the other, or from a limb's root to its joints along the view. In which way a row is wrong is a hidden state,
-and the likeliest states (Viterbi 1967) are those in which these vectors move on steadily. A vector is expected where
-its velocity takes it, unless that is a leap; the distance from there over its usual one is judged by the Cauchy
-distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price, and anatomy
-(checks.handedness_cues) tips the scale where continuity leaves it open.
+An estimator that takes the left leg for the right one makes both legs leap there and back, which changes the sign of
+the vectors from one limb to the other. Whether a row is wrong is a hidden state, and the likeliest states (Viterbi
+1967) are those in which these vectors move on steadily. A vector is expected where its velocity takes it, unless that
+is a leap; the distance from there over its usual one is judged by the Cauchy distribution, whose tails let a real jerk
+or a bad point pass. Every change of state has its price, and anatomy (checks.handedness_cues) tips the scale where
+continuity leaves it open.
 
 That limbs changed places is often clear when it is not on which side of the change they are wrong, least of all of a
 long run. Nothing is put right: what is certain may be masked.
@@ -14,10 +13,10 @@ long run. Nothing is put right: what is certain may be masked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -42,9 +41,9 @@ _ALONE = (
     ("wrist", "arm", "elbow"),
 )
 # Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. One pair of
-# joints is told wrongly more easily than a limb, and depth is an estimator's guess, and noisy. With the price for one
-# pair 1 of 332 sound takes of 9 validation people is told wrongly, with that for limbs 4.
-_PRICE, _ALONE_PRICE, _DEPTH_PRICE = 3.0, 3.4, 5.0
+# joints is told wrongly more easily than a limb. With the price for one pair 1 of 332 sound takes of 9 validation
+# people is told wrongly, with that for limbs 4.
+_PRICE, _ALONE_PRICE = 3.0, 3.4
 _PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
 _ANATOMY = 2.0  # a second, for each cue that says the opposite
 _CERTAIN = np.log(10)  # odds of ten to one
@@ -94,61 +93,35 @@ class Swap:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """One way to be wrong: of pairs (M, 2) of joints. how: "exchanged", the two of a pair change places; "mirrored",
-    the first one's depth is mirrored through the second one; "on one", both are where one is. Of the first two, which
-    are also the way back, vectors between joints change their sign. limb: "leg" or "arm", "" of the whole body. price:
-    log-likelihood that each end of a run must gain."""
+    """One way to be wrong: of pairs (M, 2) of joints of a limb, "leg" or "arm". exchanged: whether the two of a pair
+    change places, which is also the way back and changes the sign of vectors between them; else both are where one is.
+    price: log-likelihood that each end of a run must gain."""
 
     name: str
     pairs: np.ndarray
-    how: Literal["exchanged", "mirrored", "on one"]
-    limb: str = ""
+    limb: str
+    exchanged: bool = True
     price: float = _PRICE
 
-    @property
-    def exchanged(self) -> bool:
-        return self.how == "exchanged"
-
     def vectors(self, joints: np.ndarray) -> np.ndarray:
-        """(T, M, D or 1) what changes its sign. joints: (T, J, D) in IMAGE, or CAMERA for depth."""
-        between = joints[:, self.pairs[:, 0]] - joints[:, self.pairs[:, 1]]
-        return between if self.exchanged else between[..., 2:]
+        """(T, M, D) what changes its sign. joints: (T, J, D)."""
+        return joints[:, self.pairs[:, 0]] - joints[:, self.pairs[:, 1]]
 
     def applied(self, joints: np.ndarray) -> np.ndarray:
-        """joints, or their confidences (T, J), in which every row is turned from right to wrong, or back."""
-        first, second = self.pairs.T
-        out = joints.copy()
-        if self.exchanged:
-            out[:, first], out[:, second] = joints[:, second], joints[:, first]
-        elif joints.ndim == 3:
-            out[:, first, 2] = 2 * joints[:, second, 2] - joints[:, first, 2]
-        return out
+        """joints (T, J, D), or their confidences (T, J), in which every row is turned from right to wrong, or back."""
+        turned = joints.copy()
+        turned[:, self.pairs] = joints[:, self.pairs[:, ::-1]]
+        return turned
 
 
-def has_depth(poses: PoseSequence) -> bool:
-    """Whether the last axis is the distance from a camera: CAMERA axes and no others."""
-    return poses.frame.axes == CAMERA.axes
-
-
-def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
-    """Exchanged legs or arms; with depth (H36M17 in CAMERA axes) also the whole body mirrored in depth through the
-    pelvis, or a limb through its hip or shoulder."""
-    limbs = {
-        (side, limb): [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout]
-        for limb, parts in (("leg", _LEG), ("arm", _ARM))
-        for side in "lr"
-    }
+def kinds(layout: Layout) -> tuple[Kind, ...]:
+    """Exchanged legs and exchanged arms."""
     found = []
-    for limb in ("leg", "arm"):
-        pairs = np.array(list(zip(limbs["l", limb], limbs["r", limb], strict=True)))
-        found.append(Kind(f"{limb}s exchanged", pairs, "exchanged", limb))
-    if depth:
-        pelvis = layout.index("pelvis")
-        body = [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]
-        found.append(Kind("body mirrored in depth", np.array(body), "mirrored", "", _DEPTH_PRICE))
-        for (side, limb), (root, *rest) in limbs.items():
-            pairs = np.array([(joint, root) for joint in rest])
-            found.append(Kind(f"{side}_{limb} mirrored in depth", pairs, "mirrored", limb, _DEPTH_PRICE))
+    for limb, parts in (("leg", _LEG), ("arm", _ARM)):
+        left, right = (
+            [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout] for side in "lr"
+        )
+        found.append(Kind(f"{limb}s exchanged", np.array(list(zip(left, right, strict=True))), limb))
     return tuple(found)
 
 
@@ -156,45 +129,46 @@ def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
     """Knees, ankles, elbows or wrists that are exchanged alone; heels and toes go with the ankles, fingers with the
     wrists."""
     found = []
-    for way in kinds(layout, depth=False):
+    for way in kinds(layout):
         at = {layout.joints[left].removeprefix("l_"): (left, right) for left, right in way.pairs.tolist()}
         for part, limb, _ in _ALONE:
             if limb == way.limb and part in at:
                 ends = [name for name in at if part in ("ankle", "wrist") and name not in _INNER] or [part]
                 pairs = np.array([at[name] for name in dict.fromkeys((part, *ends))])
-                found.append(Kind(f"{part}s exchanged", pairs, "exchanged", limb, _ALONE_PRICE))
+                found.append(Kind(f"{part}s exchanged", pairs, limb, price=_ALONE_PRICE))
     return tuple(found)
 
 
 def limbs_on_one(layout: Layout) -> tuple[Kind, ...]:
     """Both legs, or arms, where one is: all their joints but hips and shoulders."""
     return tuple(
-        Kind(f"{way.limb}s both on one", way.pairs[1:], "on one", way.limb) for way in kinds(layout, False)
+        Kind(f"{way.limb}s both on one", way.pairs[1:], way.limb, exchanged=False) for way in kinds(layout)
     )
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
-    """Runs of rows in which limbs, or one pair of their joints, are exchanged, mirrored in depth, or both on one, clip
-    by clip and by their rows.
+    """Runs of rows in which limbs, or one pair of their joints, are exchanged, or both on one, clip by clip and by
+    their rows.
 
-    poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has no swaps. Depth is judged in
-    CAMERA axes only. Clips between seams, missing frames and empty rows are judged one by one; NaN joints are ignored.
-    A swap as long as its clip has no ends and is not found: checks.chirality finds it. A depth mirror
-    needs both ends.
+    poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has no swaps. Clips between seams,
+    missing frames and empty rows are judged one by one; NaN joints are ignored. A swap as long as its clip has no ends
+    and is not found: checks.chirality finds it.
     """
     if any(joint not in poses.layout for joint in TRUNK_CORNERS):
         return ()
     joints, times = without_made_nose(poses).joints.astype(np.float64), assumed_times(poses)
-    ways = _ways(poses)
+    ways, layout = _ways(poses.layout), poses.layout
+    # Of a lift of wrong keypoints depth may be as it was.
+    axes = 2 if poses.frame.axes == CAMERA.axes else poses.frame.dims
     found: list[Swap] = []
     for first, last in _clips(poses):
         clip, seconds = joints[first:last], times[first:last]
-        size = float(np.nan_to_num(trunk_length(clip, poses.layout)))
-        of_clip = _limbs(clip, seconds, kinds(poses.layout, has_depth(poses)), poses.layout, size)
+        image, size = clip[..., :axes], float(np.nan_to_num(trunk_length(clip, layout)))
+        of_clip = _limbs(clip, seconds, layout, size)
         for swap in (
-            *_alone(clip, seconds, poses, size),
-            *_leapt(clip, seconds, poses, size),
-            *_collapsed(clip, seconds, poses, size),
+            *_alone(image, seconds, layout, size),
+            *_leapt(image, seconds, layout, size),
+            *_collapsed(image, seconds, layout, size),
         ):
             if not any(_touch(swap, other, ways) for other in of_clip):
                 of_clip.append(swap)
@@ -224,28 +198,30 @@ def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise(edges) if b - a >= 3]
 
 
-def _limbs(
-    clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: Layout, size: float
-) -> list[Swap]:
-    """Limbs exchanged and depth mirrored in one clip (T, J, D). size: of the trunk."""
-    states = _states(len(ways))
-    parts = (clip[rows] for rows in blocks(len(clip), _LOOKED_AT))
+def _limbs(clip: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
+    """Limbs exchanged in one clip (T, J, D). size: of the trunk."""
+    ways, states = kinds(layout), np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+
+    def turned(part: np.ndarray, state: np.ndarray) -> np.ndarray:
+        for k in np.flatnonzero(state):
+            part = ways[k].applied(part)
+        return part
+
+    # How much a row looks like a body with its left and right as they are then; 0 where unknown.
     anatomy = [
-        _anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts
+        np.nansum(handedness_cues(np.stack([turned(clip[rows], state) for state in states]), layout), axis=-1)
+        for rows in blocks(len(clip), _LOOKED_AT)
     ]
-    return _runs(clip, times, ways, states, np.concatenate(anatomy), size)
+    return _runs(clip, times, ways, states, np.concatenate([part.T for part in anatomy]), size)
 
 
-def _alone(clip: np.ndarray, times: np.ndarray, poses: PoseSequence, size: float) -> list[Swap]:
+def _alone(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Pairs of joints that are exchanged alone. The two knees lie apart in much the same direction as the two ankles,
     elbows as wrists."""
     beside = {f"{part}s exchanged": [f"{side}_{other}" for side in "lr"] for part, _, other in _ALONE}
-    image = clip[
-        ..., : 2 if has_depth(poses) else None
-    ]  # of a lift of wrong keypoints depth may be as it was
     found: list[Swap] = []
-    for way in pairs_alone(poses.layout) if size else ():
-        other = poses.layout.indices(beside[way.name])
+    for way in pairs_alone(layout) if size else ():
+        other = layout.indices(beside[way.name])
         apart = way.vectors(image)[:, 0] * (image[:, other[0]] - image[:, other[1]])
         cue = np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1)
         found += _runs(image, times, (way,), np.array([[0], [1]]), np.stack([cue, -cue], axis=1), size)
@@ -260,13 +236,14 @@ def _runs(
     anatomy: np.ndarray,
     size: float,
 ) -> list[Swap]:
-    """Of the likeliest states (S, K) of each row, the runs of each of K ways. anatomy: (T, S), how much the row looks
-    like a body in each state."""
+    """Of the likeliest states (S, K) of each row, the runs of each of K ways, which have one price. anatomy: (T, S),
+    how much the row looks like a body in each state."""
+    price = ways[0].price
     continuity = np.stack([_continuity(way.vectors(clip), times, _FLOOR * size) for way in ways], axis=1)
     seconds = np.gradient(times)[:, None]
     cost = seconds * _ANATOMY * (anatomy[:, :1] - anatomy)
     wrong = seconds * _PER_SECOND * states.any(axis=1)
-    path = likeliest(continuity, cost + wrong, states, _prices(states, ways))
+    path = likeliest(continuity, cost + wrong, states, price)
     odds = -np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy
     runs = []
     for k, way in enumerate(ways):
@@ -277,30 +254,29 @@ def _runs(
             rows = np.arange(max(first, 2), min(end + 2, len(clip)))
             before, mid, now = on[rows - 1], on[rows], on[rows + 1]
             evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
-            # One end alone is what a cut between two shots looks like; for limbs that are exchanged, anatomy helps.
-            if evidence < way.price or not (way.exchanged or 0 < first < end < len(clip)):
+            if evidence < price:
                 continue
             # That it is short says nothing of a run as long as a turn, or longer than what is beside it.
             fewest = min((count for count in beside[i : i + 2] if count), default=0)
-            open_side = way.exchanged and (seconds[first:end].sum() > _TURN_S or end - first > fewest)
-            sure = odds[first:end].sum() if open_side else evidence - way.price
+            open_side = seconds[first:end].sum() > _TURN_S or end - first > fewest
+            sure = odds[first:end].sum() if open_side else evidence - price
             runs.append(Swap(way.name, int(first), int(end - 1), evidence, bool(sure >= _CERTAIN)))
     return runs
 
 
-def _leapt(clip: np.ndarray, times: np.ndarray, poses: PoseSequence, size: float) -> list[Swap]:
+def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Where two joints of one name leap, each to where the other one was: the rows from there to where they cross,
     before or after it, whichever is sooner. Which of these are wrong nothing says."""
     found: list[Swap] = []
     step_s = float(np.median(np.diff(times)))
-    for way in kinds(poses.layout, depth=False) if size else ():
-        ends = clip[:, way.pairs[1:], : 2 if has_depth(poses) else None] / size
+    for way in kinds(layout) if size else ():
+        ends = image[:, way.pairs[1:]] / size
         apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
         steps = np.linalg.norm(np.diff(apart, axis=0), axis=-1).T / step_s
         fast = [np.percentile(of[np.isfinite(of)], 90) if np.isfinite(of).any() else np.inf for of in steps]
         least = np.maximum(_LEAP_SPEED, _FASTER * np.array(fast))
-        wrong = np.zeros(len(clip), dtype=bool)
-        for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(clip) - 1) + 1):
+        wrong = np.zeros(len(image), dtype=bool)
+        for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(image) - 1) + 1):
             old, new = apart[:-rows], apart[rows:]
             lengths = np.linalg.norm([old, new], axis=-1)
             leap = np.linalg.norm(new - old, axis=-1)
@@ -313,7 +289,7 @@ def _leapt(clip: np.ndarray, times: np.ndarray, poses: PoseSequence, size: float
                 along = apart[:, joint] @ axis / (axis @ axis)
                 before, after = _until_crossed(-along[row::-1]), _until_crossed(along[end:])
                 # Where the clip ends before they cross nothing says that it would have been soon.
-                sooner = (before > row, before) < (after >= len(clip) - end, after)
+                sooner = (before > row, before) < (after >= len(image) - end, after)
                 wrong[slice(row + 1 - before, end) if sooner else slice(row + 1, end + after)] = True
         spans = stretches(wrong).tolist()
         found += [Swap(way.name, first, end - 1, 0.0, certain=False) for first, end in spans]
@@ -327,12 +303,12 @@ def _until_crossed(along: np.ndarray) -> int:
     return int(np.argmin(np.append(apart, False)))
 
 
-def _collapsed(clip: np.ndarray, times: np.ndarray, poses: PoseSequence, size: float) -> list[Swap]:
+def _collapsed(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Where both legs, or arms, lie on one, in which case the other was not found. Limbs that are side by side, as of
     who stands or squats seen from the side, come there and part without a leap."""
     found: list[Swap] = []
-    for way in limbs_on_one(poses.layout) if size else ():
-        ends = clip[:, way.pairs[:2], : 2 if has_depth(poses) else None] / size
+    for way in limbs_on_one(layout) if size else ():
+        ends = image[:, way.pairs[:2]] / size
         apart = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
         together = (apart < _NEAR).all(axis=1)
         for first, end in stretches(together).tolist():
@@ -354,20 +330,6 @@ def _parts(apart: np.ndarray, times: np.ndarray) -> bool:
     leap = np.median(apart[2:5], axis=0) - apart[1]
     far = leap > max(_FAR, _SPEED * (times[2] - times[1]))
     return bool((far & (steps[1] > _IN_ONE_STEP * np.maximum(steps[0], steps[2]))).any())
-
-
-def _states(ways: int) -> np.ndarray:
-    """(S, K) 0 or 1: the ways in which a row may be wrong at once: in none, in one, or in the first two, which are
-    the exchanges of legs and of arms."""
-    both = np.zeros(ways, dtype=int)
-    both[:2] = 1
-    return np.concatenate([np.zeros((1, ways), dtype=int), np.eye(ways, dtype=int), both[None]])
-
-
-def _turned(clip: np.ndarray, state: np.ndarray, ways: tuple[Kind, ...]) -> np.ndarray:
-    for k in np.flatnonzero(state):
-        clip = ways[k].applied(clip)
-    return clip
 
 
 def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndarray:
@@ -407,48 +369,30 @@ def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
     return np.where(median > 0, median, np.inf)
 
 
-def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
-    """(...,) how much joints (..., J, D) look like a body with its left and right and its depth as they are; 0 where
-    unknown."""
-    return np.nansum(handedness_cues(joints, layout), axis=-1)
-
-
-def _prices(states: np.ndarray, ways: tuple[Kind, ...]) -> np.ndarray:
-    """(S, S) what it costs to go from one state to another. states: (S, K)."""
-    changes = np.asarray((states[:, None] ^ states).any(axis=-1))
-    each = (np.array([way.price for way in ways]) * states).max(axis=1)
-    price = np.maximum(each, each[:, None]) * changes
-    # Overturned depth shares its evidence with every other way, and it must not count for both.
-    mirrored = states[:, [not way.exchanged for way in ways]]
-    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, mirrored))
-    price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
-    return price
-
-
-def likeliest(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, price: np.ndarray) -> np.ndarray:
+def likeliest(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, price: float) -> np.ndarray:
     """(T,) index of each row's state in the likeliest sequence (Viterbi). continuity: (T, K, 2, 2) of each way; cost:
-    (T, S), 0 in state 0, in which nothing is wrong; states: (S, K); price: (S, S) of going from one to another,
-    infinite where that cannot be.
+    (T, S), 0 in state 0, in which nothing is wrong; states: (S, K); price: of each change.
 
     The hidden state is that of two rows, because a row is expected from the two before it.
     """
     rows, count = cost.shape
     changed = states[:, None] ^ states
+    change = price * np.asarray(changed.any(axis=-1))
     # Which of a way's four costs applies to three rows in a row, (4 K, S, S, S).
     pick = np.moveaxis(np.eye(4)[2 * changed[:, :, None] + changed], (-2, -1), (0, 1))
     pick = pick.reshape(-1, count**3)
     steps = continuity.reshape(rows, -1)
-    total = price[0][:, None] + price + cost[0][:, None] + cost[1]
+    total = change[0][:, None] + change + cost[0][:, None] + cost[1]
     come_from = np.zeros((rows, count, count), dtype=np.uint8)
     for block in blocks(rows, _LOOKED_AT):
-        own = (steps[block] @ pick).reshape(-1, count, count, count) + price + cost[block, None, None]
+        own = (steps[block] @ pick).reshape(-1, count, count, count) + change + cost[block, None, None]
         for t in range(max(block.start, 2), min(block.stop, rows)):
             every = total[:, :, None] + own[t - block.start]
             come_from[t] = every.argmin(axis=0)
             total = every.min(axis=0)
-    total = total + price[0]  # or the part behind a change would be wrong more cheaply
+    total = total + change[0]  # or the part behind a change would be wrong more cheaply
     path = np.zeros(rows, dtype=int)
-    path[-2:] = np.unravel_index(int(total.argmin()), price.shape)
+    path[-2:] = np.unravel_index(int(total.argmin()), change.shape)
     for t in range(rows - 1, 1, -1):
         path[t - 2] = come_from[t, path[t - 1], path[t]]
     return path
@@ -456,22 +400,21 @@ def likeliest(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, pric
 
 def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     """A copy in which the joints of certain swaps are missing; the history lists them."""
-    ways = _ways(poses)
+    ways = _ways(poses.layout)
     joints = poses.joints.copy()
     feet = None if poses.feet is None else poses.feet.copy()
     certain = [swap for swap in swaps if swap.certain]
     for swap in certain:
         way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
-        joints[rows, way.pairs[:, 0] if way.how == "mirrored" else way.pairs] = np.nan
-        if feet is not None and way.limb != "arm":
+        joints[rows, way.pairs] = np.nan
+        if feet is not None and way.limb == "leg":
             feet[rows] = np.nan
     return poses.with_(joints=joints, feet=feet).noted("swaps", masked=as_frames(poses, certain))
 
 
-def _ways(poses: PoseSequence) -> dict[str, Kind]:
+def _ways(layout: Layout) -> dict[str, Kind]:
     """The ways to be wrong by their names."""
-    ways = (*kinds(poses.layout, has_depth(poses)), *pairs_alone(poses.layout), *limbs_on_one(poses.layout))
-    return {way.name: way for way in ways}
+    return {way.name: way for way in (*kinds(layout), *pairs_alone(layout), *limbs_on_one(layout))}
 
 
 def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]]:
@@ -512,9 +455,19 @@ def described(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
     )
 
 
-def doubtful(swaps: Iterable[Swap]) -> tuple[Swap, ...]:
-    """Those that are not certain."""
-    return tuple(swap for swap in swaps if not swap.certain)
+def notices_of(poses: PoseSequence, swaps: Sequence[Swap], what: str, how: Swaps = "report") -> list[Notice]:
+    """Notices of swaps in poses or keypoints, as `what` calls them; how: what was done with those that are certain."""
+    certain, doubtful = ([swap for swap in swaps if swap.certain == sure] for sure in (True, False))
+    said = []
+    if certain:
+        code, wrong = (
+            ("swaps-found" if how == "report" else "swaps-masked"),
+            int(wrong_rows(poses, swaps).sum()),
+        )
+        said.append(notice(code, what=what, swaps=described(poses, certain), wrong=wrong, of=len(poses)))
+    if doubtful:
+        said.append(notice("swaps-doubtful", what=what, doubt=described(poses, doubtful)))
+    return said
 
 
 def treated(
@@ -546,26 +499,20 @@ def treated(
 def _treated(
     poses: PoseSequence, what: str, how: Swaps
 ) -> tuple[PoseSequence, tuple[Swap, ...], list[Notice]]:
-    """Poses after treatment, the swaps that were found, and what to say."""
-    swaps = find_swaps(poses)
-    if not swaps:
-        return poses, swaps, []
-    ways, certain, notices = _ways(poses), [swap for swap in swaps if swap.certain], []
+    """Poses after treatment, the swaps that were found, and what to say, with the frames of those that are left."""
+    swaps, ways = find_swaps(poses), _ways(poses.layout)
     exchanged = [
         (ways[swap.kind].limb, *poses.frame_index[[swap.first_row, swap.last_row]].tolist())
-        for swap in (swaps if how == "report" else doubtful(swaps))
-        if ways[swap.kind].how != "mirrored"
+        for swap in swaps
+        if how == "report" or not swap.certain
     ]
-    values: dict[str, Any] = {"what": what, "exchanged": exchanged}
-    if certain:
-        code = "swaps-found" if how == "report" else "swaps-masked"
-        told = {"swaps": described(poses, certain), "wrong": int(wrong_rows(poses, swaps).sum())}
-        notices.append(notice(code, of=len(poses), **told, **values))
-    if open_side := doubtful(swaps):
-        notices.append(notice("swaps-doubtful", doubt=described(poses, open_side), **values))
+    said = [
+        replace(each, values={**each.values, "exchanged": exchanged})
+        for each in notices_of(poses, swaps, what, how)
+    ]
     if how == "report":
-        return poses.noted("swaps", found=as_frames(poses, swaps)), swaps, notices
-    return mask_swaps(poses, certain) if certain else poses, swaps, notices
+        return poses.noted("swaps", found=as_frames(poses, swaps)) if swaps else poses, swaps, said
+    return mask_swaps(poses, swaps) if any(swap.certain for swap in swaps) else poses, swaps, said
 
 
 def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:

@@ -48,7 +48,7 @@ def exchanged(take: Take, motion: Motion) -> list[Notice]:
     if residuals is None:
         return []
     keypoints, most, said = take.need("keypoints"), agrees(residuals), []
-    for way in kinds(keypoints.layout, depth=False):
+    for way in kinds(keypoints.layout):
 
         def farthest(of: Residuals, pick: np.ufunc, limb: str = way.limb) -> np.ndarray:
             return pick(*(steady(of.limb(f"{side}_{limb}")) for side in "rl"))

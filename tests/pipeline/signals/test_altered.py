@@ -12,6 +12,7 @@ from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.signals.altered import alterations, altered, without_altered
+from pcnet3d.pipeline.signals.filters import lowpass
 
 WALK = walker(seconds=8.0)
 
@@ -103,10 +104,17 @@ def test_who_stands_still_in_whole_pixels_is_on_no_lines(pixels):
     assert not gaps(still.round()).any()
 
 
-@pytest.mark.parametrize("part", ["ankle", "knee", "elbow", "wrist"])
-def test_joints_whose_names_are_exchanged_are_told_and_gaps(joints, pixels, part):
+@pytest.mark.parametrize(
+    "names",
+    [
+        *((f"r_{part}", f"l_{part}") for part in ("ankle", "knee", "elbow", "wrist")),
+        ("l_elbow", "l_wrist"),
+        ("r_knee", "r_ankle"),
+    ],
+)
+def test_joints_whose_names_are_exchanged_are_told_and_gaps(joints, pixels, names):
     """Ankles that a converter exchanged: silent in five of six, and a knee of 10 to 70 degrees was 41 to 88."""
-    pair = at(f"r_{part}", f"l_{part}")
+    pair = at(*names)
     for whole in (joints, pixels):
         exchanged = whole.copy()
         exchanged[:, pair] = whole[:, pair[::-1]]
@@ -149,7 +157,11 @@ def test_a_copied_leg_is_told(joints):
 
 
 def test_a_loop_is_told(joints):
-    assert "repeats-itself" in codes(np.tile(joints[:60], (3, 1, 1)))
+    """Where the same joint was never seen, too."""
+    unseen = joints.copy()
+    unseen[:, at("r_wrist")] = np.nan
+    for of in (joints, unseen):
+        assert "repeats-itself" in codes(np.tile(of[:60], (3, 1, 1)))
 
 
 def test_noise_about_one_pose_and_rows_in_another_order_are_told(joints, pixels):
@@ -157,8 +169,11 @@ def test_noise_about_one_pose_and_rows_in_another_order_are_told(joints, pixels)
     assert "only-noise" in codes(np.random.default_rng(1).permutation(pixels))
 
 
-def test_smoothed_keypoints_are_told(pixels):
-    assert codes(uniform_filter1d(pixels, 31, axis=0)) == {"keypoints-smooth"}
+def test_smoothed_keypoints_are_told_and_those_of_a_filter_at_6_hz_are_not(pixels):
+    for frames in (11, 31):
+        assert codes(uniform_filter1d(pixels, frames, axis=0)) == {"keypoints-smooth"}
+    filtered = lowpass(pixels.reshape(len(pixels), -1), np.arange(len(pixels)) / 30).reshape(pixels.shape)
+    assert codes(filtered) == set()
 
 
 def test_rows_that_are_lost_regularly_are_told(joints):

@@ -1,4 +1,4 @@
-"""Exchanged and collapsed limbs, and overturned depth: put into the walker, found to the row, and nothing elsewhere."""
+"""Exchanged and collapsed limbs: put into the walker, found to the row, and nothing elsewhere."""
 
 import json
 from dataclasses import replace
@@ -12,7 +12,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.motion import in_doubt
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -25,8 +25,8 @@ OPTIONS = [
     "arrays",
     *(part for key, value in ARRAYS.items() for part in ("-O", f"{key}={value}")),
 ]
-WAYS = {way.name: way for way in kinds(H36M17, depth=True)}
-EXCHANGES = ["legs exchanged", "arms exchanged"]
+WAYS = {way.name: way for way in kinds(H36M17)}
+EXCHANGES = [*WAYS]
 WALK, SQUAT = 40, 150  # rows at 30 frames a second
 
 
@@ -123,13 +123,10 @@ def test_the_unit_and_a_rate_that_is_unknown_do_not_matter(poses):
     assert rows(find_swaps(other)) == rows(find_swaps(wrong))
 
 
-def test_the_mirrored_person_has_the_mirrored_swaps(poses):
-    wrong = spoilt(
-        spoilt(poses, "l_leg mirrored in depth", first=60, last=66), "arms exchanged", first=100, last=101
-    )
+def test_the_mirrored_person_has_the_same_swaps(poses):
+    wrong = spoilt(poses, "arms exchanged", first=100, last=101)
     mirrored = wrong.with_(joints=(wrong.joints * np.array([-1, 1, 1]))[:, H36M17.mirror])
-    assert rows(find_swaps(wrong)) == [("arms exchanged", 100, 101), ("l_leg mirrored in depth", 60, 66)]
-    assert rows(find_swaps(mirrored)) == [("arms exchanged", 100, 101), ("r_leg mirrored in depth", 60, 66)]
+    assert rows(find_swaps(wrong)) == rows(find_swaps(mirrored)) == [("arms exchanged", 100, 101)]
 
 
 def test_missing_joints_have_no_say(poses):
@@ -166,20 +163,14 @@ def test_a_break_ends_what_continuity_can_say(poses, how):
     assert found[0].evidence < find_swaps(wrong.with_(seams=()))[0].evidence
 
 
-def test_depth_is_looked_at_in_a_cameras_axes_only(poses):
-    wrong = spoilt(poses, "body mirrored in depth", first=WALK, last=WALK + 9)
-    assert {swap.kind for swap in find_swaps(wrong)} == {"body mirrored in depth"}
-    assert all("mirrored" not in swap.kind for swap in find_swaps(wrong.with_(frame=Z_UP)))
-
-
 def test_other_layouts_move_the_feet_and_hands_too():
-    way = next(way for way in kinds(BLAZEPOSE33, depth=False) if way.name == "legs exchanged")
+    way = next(way for way in kinds(BLAZEPOSE33) if way.name == "legs exchanged")
     named = {tuple(BLAZEPOSE33.joints[i] for i in pair) for pair in way.pairs}
     assert ("l_heel", "r_heel") in named
     assert ("l_wrist", "r_wrist") not in named
     face = Layout("FACE", ("nose", "l_eye", "r_eye"))
     assert find_swaps(PoseSequence(np.zeros((9, 3, 2)), face, IMAGE)) == ()
-    assert len(kinds(COCO17, depth=False)) == 2
+    assert len(kinds(COCO17)) == 2
 
 
 def test_masking_takes_out_the_wrong_joints_alone_and_says_so(poses):
@@ -199,13 +190,13 @@ def saved(path, poses):
 
 def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
     few = saved(tmp_path / "few.npz", spoilt(poses, "legs exchanged", first=60, last=61))
-    many = saved(tmp_path / "many.npz", spoilt(poses, "l_leg mirrored in depth", first=60, last=69))
+    many = saved(tmp_path / "many.npz", spoilt(poses, "legs exchanged", first=60, last=69))
     result = succeeded(pcnet3d("inspect", few, *OPTIONS))
     assert "legs exchanged in frames 60-61 from 2.00 s (2 of 240 frames)" in result.stdout
     result = pcnet3d("inspect", many, *OPTIONS, "--json")
     assert result.returncode == 3, result.stderr
     (found,) = json.loads(result.stdout)["people"][0]["swaps"]
-    assert (found["kind"], found["first_frame"], found["last_frame"]) == ("l_leg mirrored in depth", 60, 69)
+    assert (found["kind"], found["first_frame"], found["last_frame"]) == ("legs exchanged", 60, 69)
 
 
 def test_a_description_merges_by_kind(poses):
@@ -234,7 +225,7 @@ def exchanged_file(path, first, last) -> Path:
     detections = json.loads(path.read_text())
     for detection in detections[first : last + 1]:
         points = np.reshape(detection["keypoints"], (1, 26, 3))
-        for way in kinds(HALPE26, depth=False):
+        for way in kinds(HALPE26):
             points = way.applied(points)
         detection["keypoints"] = points.ravel().tolist()
     path.write_text(json.dumps(detections))

@@ -56,7 +56,7 @@ def test_nothing_is_said_of_sound_takes(sound):
 
 @pytest.mark.parametrize(
     ("ways", "least"),
-    [(lambda layout: kinds(layout, depth=False), 0.85), (pairs_alone, 0.9), (limbs_on_one, 0.9)],
+    [(lambda layout: kinds(layout), 0.85), (pairs_alone, 0.9), (limbs_on_one, 0.9)],
 )
 def test_most_of_what_is_put_in_is_found(sound, ways, least):
     rng, hits = np.random.default_rng(0), []

@@ -16,7 +16,7 @@ from pcnet3d.stages.measures.off_keypoints import exchanged
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
-LEGS, ARMS = kinds(H36M17, depth=False)
+LEGS, ARMS = kinds(H36M17)
 
 
 def motion(take: Take) -> Motion:
@@ -154,7 +154,7 @@ def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them
 @pytest.mark.parametrize(("how", "doubted"), [("report", True), ("mask", False)])
 def test_legs_that_were_masked_leave_no_doubt_which_leg_is_which(filmed, how, doubted):
     """Beside arms that were not."""
-    legs, arms = kinds(filmed.keypoints.layout, depth=False)
+    legs, arms = kinds(filmed.keypoints.layout)
     joints = filmed.keypoints.joints.copy()
     joints[30:33], joints[45:] = legs.applied(joints[30:33]), arms.applied(joints[45:])
     _, _, said, _ = treated(None, filmed.keypoints.with_(joints=joints), how)
