@@ -11,8 +11,18 @@ import numpy as np
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite, unit
 from .evidence import FRAMES, Evidence, about
-from .votes import OWN_LEAN_DEG, RAISED_LEAN_DEG, bodies_covariance, expected_deg, pool
+from .votes import (
+    BESIDE,
+    BESIDE_SHARE,
+    OWN_LEAN_DEG,
+    RAISED_LEAN_DEG,
+    VIEW,
+    bodies_covariance,
+    expected_deg,
+    pool,
+)
 
+_BALANCED = H36M17.indices(["pelvis", "thorax", "r_ankle", "l_ankle"])
 _WRISTS, _SHOULDERS = (
     H36M17.indices([f"{side}_{joint}" for side in "rl"]) for joint in ("wrist", "shoulder")
 )
@@ -60,20 +70,31 @@ def of_frames(seen: Seen) -> list[Evidence]:
 
 
 def leaning(seen: Seen, up: np.ndarray) -> np.ndarray:
-    """(T, 10) of each frame, where the body faces or turns its back, level for up (3,) or (T, 3): the outer product of
-    that direction with itself, (9,), and whether both arms are raised; zeros of frames without a rotation."""
+    """(T, 13) of each frame, where the body faces or turns its back, level for up (3,) or (T, 3): the outer product of
+    that direction with itself, (9,), and whether both arms are raised; and how far, and in which direction, the middle
+    of the trunk is beside the feet in the image, over its height, (3,). Zeros of frames without a rotation."""
     facing = seen.R_camera_from_body[..., 0]
     facing = np.nan_to_num(unit(facing - (facing * up).sum(-1, keepdims=True) * up))
     rise = ((seen.joints[:, _WRISTS] - seen.joints[:, _SHOULDERS]) * up[..., None, :]).sum(-1)
     raised = (rise > 0).all(-1, keepdims=True)
-    return np.concatenate([(facing[:, :, None] * facing[:, None]).reshape(-1, 9), raised], axis=-1)
+    pelvis, thorax, *ankles = np.moveaxis(seen.joints[:, _BALANCED], 1, 0)
+    over_feet = unit((pelvis + thorax - sum(ankles)).astype(np.float64))
+    right = unit(np.cross(up, VIEW))
+    beside = np.nan_to_num((over_feet * right).sum(-1, keepdims=True) * right)
+    square = (facing[:, :, None] * facing[:, None]).reshape(-1, 9)
+    return np.concatenate([square, raised, beside], axis=-1)
 
 
 def own_lean(mean: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) square radians, what a person leans to the front or the back by itself. mean: (..., 10) of leaning,
-    over the frames that tell up."""
+    """(..., 3, 3) square radians, what a person leans to the front or the back by itself, and by how much a body that
+    is not above its feet all the time shows that up is another. mean: (..., 13) of leaning, over the frames that tell
+    up."""
     lean_deg = np.hypot(OWN_LEAN_DEG, RAISED_LEAN_DEG * mean[..., 9])[..., None, None]
-    return np.radians(lean_deg) ** 2 * mean[..., :9].reshape(*mean.shape[:-1], 3, 3)
+    own = np.radians(lean_deg) ** 2 * mean[..., :9].reshape(*mean.shape[:-1], 3, 3)
+    beside = mean[..., 10:]
+    far = np.linalg.norm(beside, axis=-1, keepdims=True)
+    beside = beside * np.maximum(1 - BESIDE / np.maximum(far, 1e-9), 0)
+    return own + BESIDE_SHARE**2 * beside[..., :, None] * beside[..., None, :]
 
 
 def smoothed(values: np.ndarray, weights: np.ndarray, seen: Seen, std_s: float) -> np.ndarray:

@@ -177,17 +177,23 @@ def _misnamed(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     exchanged: dict[float, tuple[int, int]] = {}
     upright = points.frame.dims == 3 or _upright(points)
     for i, k in pairs:
-        other = {i: k, k: i}
+        other, sides = {i: k, k: i}, names[i][2:] == names[k][2:]
         own = [bone for bone in bones if len({i, k} & {*bone}) == 1]
-        swapped = [(other.get(a, a), other.get(b, b)) for a, b in own]
-        ratios = [
-            sum(part[bone] for bone in own) / sum(part[bone] for bone in swapped) if own else np.nan
-            for part in (length**2, length, varies)
-        ]
-        sides = names[i][2:] == names[k][2:]
-        limits = (1.0, 0.0, _STEADIER) if sides else (1.0, _ANY_SHORTER, _ANY_STEADIER)
-        if (sides or upright) and all(ratio > limit for ratio, limit in zip(ratios, limits, strict=True)):
-            exchanged[ratios[0]] = i, k
+        of = tuple(np.array(own).T) if own else ()
+        instead = tuple(np.array([(other.get(a, a), other.get(b, b)) for a, b in own]).T) if own else ()
+        if not own or not (sides or upright):
+            continue
+        # Of exchanged legs hips alone would be worse for the thighs: all kinds of bones have to be shorter.
+        parts = np.array([min(names[a][2:], names[b][2:]) + max(names[a][2:], names[b][2:]) for a, b in own])
+        longer = length[of] ** 2 - length[instead] ** 2
+        shorter, steadier = (float(part[of].sum() / part[instead].sum()) for part in (length, varies))
+        limits = (0.0, _STEADIER) if sides else (_ANY_SHORTER, _ANY_STEADIER)
+        if (
+            all(longer[parts == part].sum() > 0 for part in parts)
+            and shorter > limits[0]
+            and steadier > limits[1]
+        ):
+            exchanged[float(longer.sum())] = i, k
     said: list[Notice] = []
     gone: set[int] = set()
     for _, pair in sorted(exchanged.items(), reverse=True):
