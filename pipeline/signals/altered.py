@@ -64,18 +64,18 @@ _SCORE = 0.3  # of a keypoint that was seen
 
 def altered(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     """(T, J) which joints nobody saw, whatever the file says, and notices of them: they are to be treated as gaps."""
-    found, said = np.zeros(points.joints.shape[:2], dtype=bool), []
+    unseen, notices = np.zeros(points.joints.shape[:2], dtype=bool), []
     for look in (_filled, _coinciding, _misnamed):
-        mask, notices = look(points)
-        found, said = found | mask, said + notices
-    return found, said
+        of_look, told = look(points)
+        unseen, notices = unseen | of_look, notices + told
+    return unseen, notices
 
 
-def without_altered(points: PoseSequence, found: np.ndarray) -> PoseSequence:
+def without_altered(points: PoseSequence, unseen: np.ndarray) -> PoseSequence:
     """The points without these joints (T, J)."""
-    if not found.any():
+    if not unseen.any():
         return points
-    return points.without(found).noted("altered", values=int(found.sum()))
+    return points.without(unseen).noted("altered", values=int(unseen.sum()))
 
 
 def alterations(points: PoseSequence) -> list[Notice]:
@@ -91,14 +91,14 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     A row that repeats the one before in all joints is a repeated image, and another matter.
     """
     joints = points.joints.astype(np.float64)
-    found = np.zeros(joints.shape[:2], dtype=bool)
+    unseen = np.zeros(joints.shape[:2], dtype=bool)
     if len(points) < 2 * _FEWEST:
-        return found, []
+        return unseen, []
     bend, moved = _bends_and_moves(joints)
     on_line = bend <= _ON_LINE
     lines = [(joint, *line) for joint, of in enumerate(on_line.T) for line in stretches(of).tolist()]
     chance = (len(lines) + 1) / (int((bend > _ON_LINE).sum()) + 1)
-    by_chance = np.log(_BY_CHANCE / found.size) / np.log(chance) if chance < _MOST_BY_CHANCE else np.inf
+    by_chance = np.log(_BY_CHANCE / unseen.size) / np.log(chance) if chance < _MOST_BY_CHANCE else np.inf
     fewest = max(_FEWEST, by_chance)
     for joint, first, stop in lines:
         if stop - first < fewest or not (bend[[first - 1, stop], joint] > _BENDS).all():
@@ -106,12 +106,12 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
         way = moved[first : stop + 1, joint]
         # A joint that keeps still in whole pixels is on lines too.
         if way.mean() > _ON_LINE or np.nanmedian(bend[:, joint]) > 10 * _ON_LINE:
-            found[first : stop + (way.max() == 0), joint] = True
-    if not found.any():
-        return found, []
-    first = int(np.flatnonzero(found.any(axis=1))[0])
-    values = {"count": int(found.sum()), "joints": _listed(points.layout, found)}
-    return found, [notice("joints-filled", rows=[first], **values)]
+            unseen[first : stop + (way.max() == 0), joint] = True
+    if not unseen.any():
+        return unseen, []
+    first = int(np.flatnonzero(unseen.any(axis=1))[0])
+    values = {"count": int(unseen.sum()), "joints": _listed(points.layout, unseen)}
+    return unseen, [notice("joints-filled", rows=[first], **values)]
 
 
 def _bends_and_moves(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -140,7 +140,7 @@ def _step_of_numbers(joints: np.ndarray) -> np.ndarray:
 def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     """Joints of limbs, or one of them and the nose, that stay at one point: one of the two was not found. The one that
     is nearer to the trunk stays."""
-    found, said = np.zeros(points.joints.shape[:2], dtype=bool), []
+    unseen, notices = np.zeros(points.joints.shape[:2], dtype=bool), []
     names = [name for name in ("nose", *LIMBS) if name in points.layout and name not in points.derived]
     joints = points.joints[:, points.layout.indices(names)].astype(np.float64)
     step, there = _step_of_numbers(joints), ~empty_rows(points)
@@ -151,59 +151,62 @@ def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
             continue
         rows = np.concatenate([np.arange(*span) for span in spans])
         gone = [name for name in (first, second) if name not in TRUNK_CORNERS and name != "nose"]
-        found[rows[:, None], points.layout.indices(gone)] = True
+        unseen[rows[:, None], points.layout.indices(gone)] = True
         values = {"first": plainly(first), "second": plainly(second), "count": len(rows)}
-        said.append(notice("joints-coincide", rows=[spans[0][0]], **values))
-    return found, said
+        notices.append(notice("joints-coincide", rows=[spans[0][0]], **values))
+    return unseen, notices
 
 
 def _misnamed(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     """Two joints of limbs and trunk whose bones would be shorter, over the take, and more alike from frame to frame in
     each other's place: their names are exchanged. Who folds the arms or crosses the legs has shorter ones too, but
     these do not keep their lengths."""
-    found = np.zeros(points.joints.shape[:2], dtype=bool)
+    unseen, notices = np.zeros(points.joints.shape[:2], dtype=bool), list[Notice]()
     names = [name for name in LIMBS if name in points.layout]
-    joints = points.joints[:, points.layout.indices(names)].astype(np.float64)
     if len(points) < _ENOUGH:
-        return found, []
-    pairs = list(combinations(range(len(names)), 2))
-    apart = np.stack([np.linalg.norm(joints[:, i] - joints[:, k], axis=-1) for i, k in pairs], axis=1)
-    known = np.isfinite(apart).sum(axis=0) >= _ENOUGH
+        return unseen, notices
+    joints = points.joints[:, points.layout.indices(names)].astype(np.float64)
     length, varies = np.full((2, len(names), len(names)), np.nan)
-    for part, of in ((length, np.nanmean), (varies, np.nanstd)):
-        part[tuple(np.array(pairs)[known].T)] = of(apart[:, known], axis=0)
-        part[:] = np.fmax(part, part.T)
-    bones = [(names.index(a), names.index(b)) for a, b in COCO17.bones if {a, b} <= {*names}]
-    exchanged: dict[float, tuple[int, int]] = {}
+    for i, k in combinations(range(len(names)), 2):
+        apart = np.linalg.norm(joints[:, i] - joints[:, k], axis=-1)
+        apart = apart[np.isfinite(apart)]
+        if len(apart) >= _ENOUGH:
+            length[[i, k], [k, i]], varies[[i, k], [k, i]] = apart.mean(), apart.std()
     upright = points.frame.dims == 3 or _upright(points)
-    for i, k in pairs:
-        other, sides = {i: k, k: i}, names[i][2:] == names[k][2:]
-        own = [bone for bone in bones if len({i, k} & {*bone}) == 1]
-        of = tuple(np.array(own).T) if own else ()
-        instead = tuple(np.array([(other.get(a, a), other.get(b, b)) for a, b in own]).T) if own else ()
-        if not own or not (sides or upright):
-            continue
-        # Of exchanged legs hips alone would be worse for the thighs: all kinds of bones have to be shorter.
-        parts = np.array([min(names[a][2:], names[b][2:]) + max(names[a][2:], names[b][2:]) for a, b in own])
-        longer = length[of] ** 2 - length[instead] ** 2
-        shorter, steadier = (float(part[of].sum() / part[instead].sum()) for part in (length, varies))
-        limits = (0.0, _STEADIER) if sides else (_ANY_SHORTER, _ANY_STEADIER)
-        if (
-            all(longer[parts == part].sum() > 0 for part in parts)
-            and shorter > limits[0]
-            and steadier > limits[1]
-        ):
-            exchanged[float(longer.sum())] = i, k
-    said: list[Notice] = []
-    gone: set[int] = set()
-    for _, pair in sorted(exchanged.items(), reverse=True):
-        if gone.isdisjoint(pair):
-            gone |= {*pair}
+    longer = {
+        pair: _longer(names, pair, length, varies)
+        for pair in combinations(range(len(names)), 2)
+        if upright or names[pair[0]][2:] == names[pair[1]][2:]
+    }
+    misnamed: set[int] = set()
+    for pair in sorted((pair for pair in longer if longer[pair] > 0), key=lambda pair: -longer[pair]):
+        if misnamed.isdisjoint(pair):
+            misnamed |= {*pair}
             first, second = (plainly(names[joint]) for joint in pair)
-            said.append(notice("joints-exchanged", first=first, second=second))
-    lost = [names[joint] for joint in gone if names[joint] not in TRUNK_CORNERS]
-    found[:, points.layout.indices(lost)] = True
-    return found, said
+            notices.append(notice("joints-exchanged", first=first, second=second))
+    lost = [names[joint] for joint in misnamed if names[joint] not in TRUNK_CORNERS]
+    unseen[:, points.layout.indices(lost)] = True
+    return unseen, notices
+
+
+def _longer(names: list[str], pair: tuple[int, int], length: np.ndarray, varies: np.ndarray) -> float:
+    """By how much the bones of these two joints are longer, in squares, than in each other's place; 0 where the names
+    are right, or nothing tells. length, varies: (N, N) mean distances of joints of these names, and their spreads."""
+    other = {pair[0]: pair[1], pair[1]: pair[0]}
+    bones = [(names.index(a), names.index(b)) for a, b in COCO17.bones if {a, b} <= {*names}]
+    bones = [bone for bone in bones if len({*pair} & {*bone}) == 1]
+    if not bones:
+        return 0.0
+    named, exchanged = (
+        tuple(np.array(each).T) for each in (bones, [(other.get(a, a), other.get(b, b)) for a, b in bones])
+    )
+    # Of exchanged legs hips alone would be worse for the thighs: all kinds of bones have to be shorter.
+    more = length[named] ** 2 - length[exchanged] ** 2
+    kinds = np.array(["-".join(sorted(names[joint][2:] for joint in bone)) for bone in bones])
+    shorter, steadier = (float(part[named].sum() / part[exchanged].sum()) for part in (length, varies))
+    sides = names[pair[0]][2:] == names[pair[1]][2:]
+    told = steadier > _STEADIER if sides else steadier > _ANY_STEADIER and shorter > _ANY_SHORTER
+    return float(more.sum()) if told and all(more[kinds == kind].sum() > 0 for kind in kinds) else 0.0
 
 
 def _upright(points: PoseSequence) -> bool:
@@ -220,7 +223,7 @@ def _upright(points: PoseSequence) -> bool:
 def _copied(points: PoseSequence) -> list[Notice]:
     """A limb that is a copy of the other side's."""
     trunk = trunk_length(points.joints.astype(np.float64), points.layout)
-    said = []
+    notices = []
     for limb in (LEG, ARM):
         names = [[f"{side}_{part}" for part in limb] for side in _SIDES]
         if any(name not in points.layout for side in names for name in side):
@@ -234,8 +237,8 @@ def _copied(points: PoseSequence) -> list[Notice]:
             and np.nanpercentile(apart, 90) < _SAME * trunk
             and np.linalg.norm(np.nanstd(right[:, known], axis=0), axis=-1).max() > _MOVES * trunk
         ):
-            said.append(notice("limbs-copied", limb="leg" if limb == LEG else "arm"))
-    return said
+            notices.append(notice("limbs-copied", limb="leg" if limb == LEG else "arm"))
+    return notices
 
 
 def _repeated(points: PoseSequence) -> list[Notice]:
@@ -289,16 +292,16 @@ def _period(length: np.ndarray) -> int:
     """At every how many-th row movements (T,) are longer than those before and after; 0 where at none."""
     long = np.log(np.maximum(length, 1e-9))
     long = long[1:-1] - (long[:-2] + long[2:]) / 2
-    found: dict[int, float] = {}
+    longer_at: dict[int, float] = {}
     for every in range(2, 11):
         for first in range(every):
-            own, others = long[first::every], np.delete(long, np.s_[first::every])
-            if len(own) < _FEWEST_OWN:
+            these, others = long[first::every], np.delete(long, np.s_[first::every])
+            if len(these) < _FEWEST_OWN:
                 continue
-            longer = float(np.median(own) - np.median(others))
-            if (own > np.percentile(others, 75)).mean() >= _ABOVE and longer > _LONGER:
-                found[every] = max(longer, found.get(every, 0.0))
-    return min((every for every in found if found[every] > 0.8 * max(found.values())), default=0)
+            longer = float(np.median(these) - np.median(others))
+            if (these > np.percentile(others, 75)).mean() >= _ABOVE and longer > _LONGER:
+                longer_at[every] = max(longer, longer_at.get(every, 0.0))
+    return min((every for every in longer_at if longer_at[every] > 0.8 * max(longer_at.values())), default=0)
 
 
 def _held(length: np.ndarray, every: int) -> bool:
@@ -364,9 +367,9 @@ def _ends(points: PoseSequence) -> np.ndarray | None:
     return np.stack(whole, axis=-1) if whole and len(rows) >= _ENOUGH else None
 
 
-def _listed(layout: Layout, found: np.ndarray) -> str:
+def _listed(layout: Layout, unseen: np.ndarray) -> str:
     """Joints by how many rows of found (T, J) are theirs, the most first."""
-    counts = {name: int(of.sum()) for name, of in zip(layout.joints, found.T, strict=True) if of.any()}
+    counts = {name: int(of.sum()) for name, of in zip(layout.joints, unseen.T, strict=True) if of.any()}
     names = sorted(counts, key=lambda name: -counts[name])
     return ", ".join(map(plainly, names[:3])) + (", ..." if len(names) > 3 else "")
 

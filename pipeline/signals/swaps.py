@@ -116,27 +116,27 @@ class Kind:
 
 def kinds(layout: Layout) -> tuple[Kind, ...]:
     """Exchanged legs and exchanged arms."""
-    found = []
+    ways = []
     for limb, parts in (("leg", _LEG), ("arm", _ARM)):
         left, right = (
             [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout] for side in "lr"
         )
-        found.append(Kind(f"{limb}s exchanged", np.array(list(zip(left, right, strict=True))), limb))
-    return tuple(found)
+        ways.append(Kind(f"{limb}s exchanged", np.array(list(zip(left, right, strict=True))), limb))
+    return tuple(ways)
 
 
 def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
     """Knees, ankles, elbows or wrists that are exchanged alone; heels and toes go with the ankles, fingers with the
     wrists."""
-    found = []
-    for way in kinds(layout):
-        at = {layout.joints[left].removeprefix("l_"): (left, right) for left, right in way.pairs.tolist()}
+    ways = []
+    for limbs in kinds(layout):
+        at = {layout.joints[left].removeprefix("l_"): (left, right) for left, right in limbs.pairs.tolist()}
         for part, limb, _ in _ALONE:
-            if limb == way.limb and part in at:
+            if limb == limbs.limb and part in at:
                 ends = [name for name in at if part in ("ankle", "wrist") and name not in _INNER] or [part]
                 pairs = np.array([at[name] for name in dict.fromkeys((part, *ends))])
-                found.append(Kind(f"{part}s exchanged", pairs, limb, price=_ALONE_PRICE))
-    return tuple(found)
+                ways.append(Kind(f"{part}s exchanged", pairs, limb, price=_ALONE_PRICE))
+    return tuple(ways)
 
 
 def limbs_on_one(layout: Layout) -> tuple[Kind, ...]:
@@ -160,7 +160,7 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     ways, layout = _ways(poses.layout), poses.layout
     # Of a lift of wrong keypoints depth may be as it was.
     axes = 2 if poses.frame.axes == CAMERA.axes else poses.frame.dims
-    found: list[Swap] = []
+    swaps: list[Swap] = []
     for first, last in _clips(poses):
         clip, seconds = joints[first:last], times[first:last]
         image, size = clip[..., :axes], float(np.nan_to_num(trunk_length(clip, layout)))
@@ -172,11 +172,11 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
         ):
             if not any(_touch(swap, other, ways) for other in of_clip):
                 of_clip.append(swap)
-        found += [
+        swaps += [
             replace(swap, first_row=swap.first_row + first, last_row=swap.last_row + first)
             for swap in sorted(of_clip, key=lambda swap: swap.first_row)
         ]
-    return tuple(found)
+    return tuple(swaps)
 
 
 def _touch(swap: Swap, other: Swap, ways: Mapping[str, Kind]) -> bool:
@@ -219,13 +219,13 @@ def _alone(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
     """Pairs of joints that are exchanged alone. The two knees lie apart in much the same direction as the two ankles,
     elbows as wrists."""
     beside = {f"{part}s exchanged": [f"{side}_{other}" for side in "lr"] for part, _, other in _ALONE}
-    found: list[Swap] = []
+    swaps: list[Swap] = []
     for way in pairs_alone(layout) if size else ():
         other = layout.indices(beside[way.name])
         apart = way.vectors(image)[:, 0] * (image[:, other[0]] - image[:, other[1]])
         cue = np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1)
-        found += _runs(image, times, (way,), np.array([[0], [1]]), np.stack([cue, -cue], axis=1), size)
-    return found
+        swaps += _runs(image, times, (way,), np.array([[0], [1]]), np.stack([cue, -cue], axis=1), size)
+    return swaps
 
 
 def _runs(
@@ -267,7 +267,7 @@ def _runs(
 def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Where two joints of one name leap, each to where the other one was: the rows from there to where they cross,
     before or after it, whichever is sooner. Which of these are wrong nothing says."""
-    found: list[Swap] = []
+    swaps: list[Swap] = []
     step_s = float(np.median(np.diff(times)))
     for way in kinds(layout) if size else ():
         ends = image[:, way.pairs[1:]] / size
@@ -292,8 +292,8 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
                 sooner = (before > row, before) < (after >= len(image) - end, after)
                 wrong[slice(row + 1 - before, end) if sooner else slice(row + 1, end + after)] = True
         spans = stretches(wrong).tolist()
-        found += [Swap(way.name, first, end - 1, 0.0, certain=False) for first, end in spans]
-    return found
+        swaps += [Swap(way.name, first, end - 1, 0.0, certain=False) for first, end in spans]
+    return swaps
 
 
 def _until_crossed(along: np.ndarray) -> int:
@@ -306,7 +306,7 @@ def _until_crossed(along: np.ndarray) -> int:
 def _collapsed(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Where both legs, or arms, lie on one, in which case the other was not found. Limbs that are side by side, as of
     who stands or squats seen from the side, come there and part without a leap."""
-    found: list[Swap] = []
+    swaps: list[Swap] = []
     for way in limbs_on_one(layout) if size else ():
         ends = image[:, way.pairs[:2]] / size
         apart = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
@@ -317,8 +317,8 @@ def _collapsed(image: np.ndarray, times: np.ndarray, layout: Layout, size: float
                 _parts(apart[end - 2 :], times[end - 2 :])
                 or _parts(apart[first + 1 :: -1], -times[first + 1 :: -1])
             ):
-                found.append(Swap(way.name, first, end - 1, 0.0))
-    return found
+                swaps.append(Swap(way.name, first, end - 1, 0.0))
+    return swaps
 
 
 def _parts(apart: np.ndarray, times: np.ndarray) -> bool:
@@ -458,16 +458,16 @@ def described(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
 def notices_of(poses: PoseSequence, swaps: Sequence[Swap], what: str, how: Swaps = "report") -> list[Notice]:
     """Notices of swaps in poses or keypoints, as `what` calls them; how: what was done with those that are certain."""
     certain, doubtful = ([swap for swap in swaps if swap.certain == sure] for sure in (True, False))
-    said = []
+    notices = []
     if certain:
         code, wrong = (
             ("swaps-found" if how == "report" else "swaps-masked"),
             int(wrong_rows(poses, swaps).sum()),
         )
-        said.append(notice(code, what=what, swaps=described(poses, certain), wrong=wrong, of=len(poses)))
+        notices.append(notice(code, what=what, swaps=described(poses, certain), wrong=wrong, of=len(poses)))
     if doubtful:
-        said.append(notice("swaps-doubtful", what=what, doubt=described(poses, doubtful)))
-    return said
+        notices.append(notice("swaps-doubtful", what=what, doubt=described(poses, doubtful)))
+    return notices
 
 
 def treated(
@@ -480,7 +480,7 @@ def treated(
     those frames, unless swaps are only told.
     """
     notices: list[Notice] = []
-    found = None
+    of_poses = None
     if keypoints is not None:
         keypoints, swaps, said = _treated(keypoints, "keypoints", how)
         notices += said
@@ -489,11 +489,11 @@ def treated(
             poses, beside = _beside(poses, frames, how)
             notices.append(beside)
     if poses is not None:
-        poses, found, said = _treated(poses, "poses", how)
+        poses, of_poses, said = _treated(poses, "poses", how)
         notices += said
-        if how != "report" and any(swap.certain for swap in found):
-            found = None
-    return poses, keypoints, tuple(notices), found
+        if how != "report" and any(swap.certain for swap in of_poses):
+            of_poses = None
+    return poses, keypoints, tuple(notices), of_poses
 
 
 def _treated(
@@ -506,13 +506,13 @@ def _treated(
         for swap in swaps
         if how == "report" or not swap.certain
     ]
-    said = [
+    notices = [
         replace(each, values={**each.values, "exchanged": exchanged})
         for each in notices_of(poses, swaps, what, how)
     ]
     if how == "report":
-        return poses.noted("swaps", found=as_frames(poses, swaps)) if swaps else poses, swaps, said
-    return mask_swaps(poses, swaps) if any(swap.certain for swap in swaps) else poses, swaps, said
+        return poses.noted("swaps", found=as_frames(poses, swaps)) if swaps else poses, swaps, notices
+    return mask_swaps(poses, swaps) if any(swap.certain for swap in swaps) else poses, swaps, notices
 
 
 def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:
