@@ -34,11 +34,11 @@ USUAL_SPREAD, USUAL_DEG = 0.0155, 9.0
 PITCH_SHARE, PER_PITCH = 0.79, 0.13
 ROLL_SHARE, PER_PITCH_OF_ROLL = 0.28, 0.043
 OWN_LEAN_DEG, RAISED_LEAN_DEG = 2.0, 7.0  # the second of a take throughout which both arms are raised
-# The network hardly knows cameras that are rolled by 20 degrees and more, and takes their people for leaning. Who stands
-# or walks is above the feet: by how much more than BESIDE, in radians, a body's middle is beside them in the image all
-# the time, this share of it is the standard deviation of the roll. Chosen on 168 lifted takes of 9 validation people
-# whose images were turned: of those rolled by 26 degrees and more 88 % lie inside their 90 % bound, 4 % did without it;
-# of 16 to 26 degrees 76 %, 43 % without; of less 95 %.
+# The network hardly knows cameras that are rolled by 20 degrees and more, and takes their people for leaning. Who
+# stands or walks is above the feet. By how much more than BESIDE, in radians, a body's middle is beside them in the
+# image all the time, this share of it is the standard deviation of the roll. Chosen on 168 lifted takes of 9 validation
+# people whose images were turned: of those rolled by 26 degrees and more 88 % lie inside their 90 % bound, 4 % did
+# without it; of 16 to 26 degrees 76 %, 43 % without; of less 95 %.
 BESIDE, BESIDE_SHARE = 0.04, 1.0
 UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
 SUREST_DEG = 0.5  # a frame counts as no surer, whatever it states: one of error 0 would be the only one heard
