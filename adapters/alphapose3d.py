@@ -37,8 +37,8 @@ _STATURE_M = (0.9, 2.6)
 
 
 def sniff(path: Path) -> bool:
-    found = first_person(path)
-    return found is not None and found[1] and _KEY in found[0]
+    first = first_person(path)
+    return first is not None and first[1] and _KEY in first[0]
 
 
 def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequence, ...]:
@@ -49,7 +49,7 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     InputError when the file is not of this form, when a body is no human's in that unit, and when a person is in a
     frame twice because nobody was tracked.
     """
-    moments, found = Moments(str(path)), People(str(path))
+    moments, sightings = Moments(str(path)), People(str(path))
     for moment, entry, where in people(path, "AlphaPose's results", moments):
         frame_number(field(entry, "image_id", where), where)
         joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
@@ -58,8 +58,8 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
                 "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
             )
         person = None if track else track_named(entry.get("idx", 0), where)
-        found.add(moment, unit_m * joints, person=person, box=_box(entry.get("box"), where))
-    everybody = found.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock())
+        sightings.add(moment, unit_m * joints, person=person, box=_box(entry.get("box"), where))
+    everybody = sightings.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock())
     return tuple(_of_smpl(poses, path) for poses in everybody)
 
 

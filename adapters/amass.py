@@ -39,5 +39,5 @@ def read(
     motion capture, and of others it is not known. InputError for parameters without joints, for joints without names in
     use, and for a file without a rate.
     """
-    found = read_joints(path)
-    return people_of(found, str(path), unit, up, maker(made_by, found.made_by))
+    markers = read_joints(path)
+    return people_of(markers, str(path), unit, up, maker(made_by, markers.made_by))

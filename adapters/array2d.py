@@ -44,12 +44,16 @@ def sniff(path: Path) -> bool:
 def are_2d(points: np.ndarray) -> bool:
     """Whether points (..., 2 or 3) are pixels or shares of an image, with scores where there is a third number."""
     places, scores = points[..., :2], points[..., 2:]
-    known = np.isfinite(places).all(axis=-1) & (places != 0).any(axis=-1)
-    if not known.any() or np.abs(scores[known]).max(initial=0) > _MOST_SCORE:
+    there = np.isfinite(places).all(axis=-1) & (places != 0).any(axis=-1)
+    if not there.any() or np.abs(scores[there]).max(initial=0) > _MOST_SCORE:
         return False
-    seen = places[known]
-    shares = seen.min() >= -0.5 and seen.max() <= _SHARES and (points.shape[-1] == 2 or scores.min() >= 0)
-    return bool(shares or np.ptp(seen) > 10 * _MOST_SCORE)
+    points_there = places[there]
+    shares = (
+        points_there.min() >= -0.5
+        and points_there.max() <= _SHARES
+        and (points.shape[-1] == 2 or scores.min() >= 0)
+    )
+    return bool(shares or np.ptp(points_there) > 10 * _MOST_SCORE)
 
 
 def read(path: Path, image_size: tuple[int, int] | None = None) -> tuple[PoseSequence, ...]:
@@ -75,12 +79,14 @@ def read(path: Path, image_size: tuple[int, int] | None = None) -> tuple[PoseSeq
     points = points[:, None] if points.ndim == 3 else points
     if np.nanmax(points[..., :2]) <= _SHARES:
         points = np.concatenate([in_pixels(points[..., :2], image_size, str(path)), points[..., 2:]], axis=-1)
-    found = People(str(path))
+    sightings = People(str(path))
     for frame, people in enumerate(points):
         for person in people:
             if np.nan_to_num(person[:, :2]).any():
-                found.add(frame, person[:, :2], person[:, 2] if person.shape[1] == 3 else None)
-    everybody = tuple(poses.with_(frames_known=False) for poses in found.keypoints(layouts=(*IN_2D, H36M17)))
+                sightings.add(frame, person[:, :2], person[:, 2] if person.shape[1] == 3 else None)
+    everybody = tuple(
+        poses.with_(frames_known=False) for poses in sightings.keypoints(layouts=(*IN_2D, H36M17))
+    )
     if everybody[0].layout != H36M17:
         return everybody
     return tuple(

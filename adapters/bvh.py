@@ -48,18 +48,18 @@ def read(
     with readable(path, "a BVH file"):
         text = path.read_text(encoding="utf-8", errors="replace")
     try:
-        found = read_motion(text, unit)
+        motion = read_motion(text, unit)
     except InputError as error:
         raise InputError(
             error.code, f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}"
         ) from None
     poses = PoseSequence(
-        joints=found.joints,
+        joints=motion.joints,
         layout=H36M17,
         frame=world(up or "y", "m"),
-        time_s=(found.first + np.arange(len(found.joints))) / found.fps,
+        time_s=(motion.first + np.arange(len(motion.joints))) / motion.fps,
         made_by=maker(made_by),
     )
     if up is None:
         check_upright(poses, str(path))
-    return (poses.deriving("bvh", found.derived, unit=found.unit, frames_left_out=found.first),)
+    return (poses.deriving("bvh", motion.derived, unit=motion.unit, frames_left_out=motion.first),)

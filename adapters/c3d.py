@@ -53,5 +53,5 @@ def read(
     if not path.is_file():
         raise InputError("cannot-open", f"Expected a C3D file at {path}, found no file there.")
     with naming(path):
-        found = read_c3d(path)
-    return people_of(found, str(path), unit, up, maker(made_by, found.made_by))
+        markers = read_c3d(path)
+    return people_of(markers, str(path), unit, up, maker(made_by, markers.made_by))

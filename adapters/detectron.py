@@ -36,7 +36,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     A frame without people has no row. Raises InputError when the file is not of this form, or holds anything but
     arrays and plain containers.
     """
-    found = People(str(path))
+    sightings = People(str(path))
     for frame, entry in enumerate(_list(load_objects(path, "keypoints"), str(path))):
         where = f"{path}, frame {frame}"
         classes = _list(entry, where)
@@ -47,8 +47,8 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             )
         if len(classes[1]):
             for person in shaped(classes[1], where, ("people", 4, len(COCO17))):
-                found.add(frame, person[[_X, _Y]].T, person[_PROBABILITY])
-    return found.keypoints()
+                sightings.add(frame, person[[_X, _Y]].T, person[_PROBABILITY])
+    return sightings.keypoints()
 
 
 def _list(value: Any, where: str) -> list[Any]:

@@ -62,8 +62,8 @@ def read(path: Path) -> tuple[PoseSequence]:
     along z.
     """
     poses = _of_table(path) if _is_table(path) else _poses(plain_array(path, *_SHAPES))
-    found = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
-    if len(found) and (np.ptp(found, axis=1).max(axis=0) == 0).any():
+    whole = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
+    if len(whole) and (np.ptp(whole, axis=1).max(axis=0) == 0).any():
         raise InputError(
             "wrong-content",
             f"{path}: expected bodies in space, got flat ones, as FreeMoCap writes them from a single camera; lift its "
@@ -100,20 +100,20 @@ def _is_table(path: Path) -> bool:
 
 
 def _of_table(path: Path) -> PoseSequence:
-    found = read_points(path, "FreeMoCap's table", only={"model": _BODY_MODELS, "trajectory": ("3d_xyz",)})
-    names = {_JOINTS[point]: i for i, point in enumerate(found.names) if point in _JOINTS}
+    table = read_points(path, "FreeMoCap's table", only={"model": _BODY_MODELS, "trajectory": ("3d_xyz",)})
+    names = {_JOINTS[point]: i for i, point in enumerate(table.names) if point in _JOINTS}
     layout = next((layout for layout in (COCO23, BLAZEPOSE33) if set(layout.joints) <= names.keys()), None)
     if layout is None:
         raise InputError(
             "wrong-content",
             f"{path}: expected the points of a body, RTMPose's {len(COCO23)} or MediaPipe's {len(BLAZEPOSE33)}, got "
-            f"{', '.join(sorted(found.names)) or 'none of them'}.",
+            f"{', '.join(sorted(table.names)) or 'none of them'}.",
         )
     people = People(str(path))
     columns = [names[joint] for joint in layout.joints]
-    for moment, values in zip(found.moments.tolist(), found.values[:, columns, :3], strict=True):
+    for moment, values in zip(table.moments.tolist(), table.values[:, columns, :3], strict=True):
         people.add(moment, values, person="0")
-    (poses,) = people.poses(layout, Z_UP.with_(unit="mm"), found.clock)
+    (poses,) = people.poses(layout, Z_UP.with_(unit="mm"), table.clock)
     return poses
 
 

@@ -142,6 +142,6 @@ def _of_quaternions(wxyz: np.ndarray) -> np.ndarray:
             f"Expected unit quaternions, got one of length {length[row]:.3g} in row {row}; are these columns angles?",
         )
     R = np.full((len(wxyz), 3, 3), np.nan)
-    known = np.isfinite(length)
-    R[known] = Rotation.from_quat(np.roll(wxyz[known], -1, axis=-1)).as_matrix()
+    measured = np.isfinite(length)
+    R[measured] = Rotation.from_quat(np.roll(wxyz[measured], -1, axis=-1)).as_matrix()
     return R

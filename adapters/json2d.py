@@ -49,16 +49,16 @@ def sniff(path: Path) -> bool:
         return True  # OpenPose's, though nobody may be there in the first frames
     if _lists_images(content) or _by_image(content):
         return True
-    found = first_person(path)
-    if found is None:
+    first = first_person(path)
+    if first is None:
         return False
     try:
-        points, scores = keypoints_of(found[0], "")
+        points, scores = keypoints_of(first[0], "")
     except InputError:
         return False
     places = points[(points != 0).any(axis=1)]
     in_pixels = len(places) > 1 and np.ptp(places) > _PIXELS and not (np.abs(scores) > _MOST_SCORE).any()
-    return bool(surely_2d(found[0]) or in_pixels)
+    return bool(surely_2d(first[0]) or in_pixels)
 
 
 def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
@@ -72,15 +72,15 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     content = beginning(path)
     by_image = _by_image(content)
     _check_names(content, str(path))
-    moments, found = Moments(str(path)), People(str(path))
+    moments, sightings = Moments(str(path)), People(str(path))
     listed = _annotations(path, moments) if _lists_images(content) else people(path, _WHAT, moments)
     for moment, person, where in listed:
         points, scores = keypoints_of(person, where)
         if by_image:
             _refuse_head_as_neck(points, where)
-        found.add(moment, points, scores, None if track else name_of(person, where))
-    flags = found.without_flags()
-    everybody = found.keypoints(moments.clock())
+        sightings.add(moment, points, scores, None if track else name_of(person, where))
+    flags = sightings.without_flags()
+    everybody = sightings.keypoints(moments.clock())
     return tuple(poses.noted("scores", unknown="visibility flags") if flags else poses for poses in everybody)
 
 

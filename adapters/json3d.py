@@ -62,9 +62,9 @@ _LAYOUTS = {  # by the number of joints
 
 
 def sniff(path: Path) -> bool:
-    found = first_person(path, KEYPOINTS_3D)
+    first = first_person(path, KEYPOINTS_3D)
     try:
-        points = None if found is None else _points(found[0], "")
+        points = None if first is None else _points(first[0], "")
     except InputError:
         return False
     return points is not None and len(points) in _LAYOUTS
@@ -84,7 +84,7 @@ def read(
     which only OpenPose's files say. InputError for other JSON, for other numbers of joints, and where neither the body
     nor an option tells the axes and the unit.
     """
-    moments, found = Moments(str(path)), People(str(path))
+    moments, sightings = Moments(str(path)), People(str(path))
     openpose = False
     for moment, person, where in people(path, "3D joints in JSON", moments):
         points = _points(person, where)
@@ -96,18 +96,18 @@ def read(
                 "wrong-content",
                 f"{where}: expected {', '.join(map(str, sorted(_LAYOUTS)))} joints, got {len(points)}.",
             )
-        found.add(moment, points[:, :3], points[:, 3], None if track else name_of(person, where))
-    if not len(found):
+        sightings.add(moment, points[:, :3], points[:, 3], None if track else name_of(person, where))
+    if not len(sightings):
         raise InputError(
             "format-unknown",
             f"{path}: expected 3D joints of somebody, got none; adapter json2d reads OpenPose's 2D results.",
         )
-    layout = likely_layout(found.points, _LAYOUTS[found.points.shape[1]])
+    layout = likely_layout(sightings.points, _LAYOUTS[sightings.points.shape[1]])
     if openpose:
         up, unit = up or "camera", unit or "m"
-    frame = standing_frame(found.points, layout, up, unit, str(path))
+    frame = standing_frame(sightings.points, layout, up, unit, str(path))
     made = maker(made_by, MadeBy("estimated", "OpenPose") if openpose else UNSAID)
-    everybody = found.poses(layout, frame, moments.clock(), placed=True)
+    everybody = sightings.poses(layout, frame, moments.clock(), placed=True)
     return tuple(poses.with_(made_by=made) for poses in everybody)
 
 

@@ -22,5 +22,5 @@ def sniff(path: Path) -> bool:
 def read(path: Path) -> tuple[PoseSequence, ...]:
     """One sequence a person in IMAGE, in the detector's layout, in order of appearance; what makes them or the images
     doubtful is among their notices. InputError when the file is damaged."""
-    found = load_detections(path)
-    return tuple(person.saying(*found.doubts(person)) for person in found.people())
+    detections = load_detections(path)
+    return tuple(person.saying(*detections.doubts(person)) for person in detections.people())

@@ -101,34 +101,38 @@ def read(path: Path, recording: str | None = None) -> tuple[PoseSequence, ...]:
     leave a gap. A frame whose numbers are all -1, as some write for nobody, or all missing has no row, but counts.
     Raises InputError for image landmarks and for files of another form.
     """
-    found, clock = People(str(path)), None
+    sightings, clock = People(str(path)), None
     content = beginning(path)
     if isinstance(content, dict) and _key(content, _IMAGE[:1]) and not _key(content, _WORLD):
         raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
     if content is not None:
-        clock = _json(path, found, recording)
+        clock = _json(path, sightings, recording)
     elif peek(path, *_SHAPES) is not None:
         for frame, values in enumerate(plain_array(path, *_SHAPES)):
-            _add(found, frame, values)
+            _add(sightings, frame, values)
     else:
-        clock = _table(path, found, recording)
-    if len(found) and (off := _off_origin(found.points)) > _ROOT_M:
+        clock = _table(path, sightings, recording)
+    if len(sightings) and (off := _off_origin(sightings.points)) > _ROOT_M:
         raise InputError(
             "wrong-axes",
             f"{path}: expected world landmarks with the middle of the hips at the origin, got it {off:.2g} away; these "
             f"look like {_IMAGE_REASON}.",
         )
-    people = found.poses(BLAZEPOSE33, CAMERA.with_(origin="camera"), clock)
+    people = sightings.poses(BLAZEPOSE33, CAMERA.with_(origin="camera"), clock)
     return tuple(poses.with_(frames_known=poses.frames_known and clock is not None) for poses in people)
 
 
 def _add(
-    found: People, moment: int, values: np.ndarray, person: str | None = None, box: np.ndarray | None = None
+    sightings: People,
+    moment: int,
+    values: np.ndarray,
+    person: str | None = None,
+    box: np.ndarray | None = None,
 ) -> None:
     """values: (33, 3 or 4) of a person, who may be nobody."""
     joints, scores = values[:, :3], values[:, 3] if values.shape[1] == 4 else None
     if not ((joints == -1).all() or np.isnan(joints).all()):
-        found.add(moment, joints, scores, person, box)
+        sightings.add(moment, joints, scores, person, box)
 
 
 def _off_origin(joints: np.ndarray) -> float:
@@ -155,7 +159,7 @@ def _order(points: set[str] | tuple[str, ...]) -> list[str] | None:
     return next((order for order in (_NAMES, [*map(str, range(COUNT))]) if {*order} <= {*points}), None)
 
 
-def _table(path: Path, found: People, recording: str | None) -> Clock:
+def _table(path: Path, sightings: People, recording: str | None) -> Clock:
     held = read_points(path, "a table of MediaPipe's 33 landmarks", _headerless, recording)
     order = _order(held.names)
     if order is None:
@@ -166,11 +170,11 @@ def _table(path: Path, found: People, recording: str | None) -> Clock:
         )
     values = held.values[:, [held.names.index(point) for point in order]]
     for moment, person, row in zip(held.moments.tolist(), held.people, values, strict=True):
-        _add(found, moment, row, person)
+        _add(sightings, moment, row, person)
     return held.clock
 
 
-def _json(path: Path, found: People, recording: str | None) -> Clock:
+def _json(path: Path, sightings: People, recording: str | None) -> Clock:
     """Everybody in the file; a frame without anybody counts."""
     moments, expected = Moments(str(path), recording), f"a frame with {' or '.join(_WORLD[:2])}"
     for moment, entry, where in frames(path, "MediaPipe's landmarks", expected, moments, _is_frame):
@@ -183,7 +187,7 @@ def _json(path: Path, found: People, recording: str | None) -> Clock:
         boxes = [_box(values) for values in _people(said[shown], where)] if shown else []
         people = _people(said[key] if key else entry, where)
         for place, values in enumerate(people):
-            _add(found, moment, values, box=boxes[place] if len(boxes) == len(people) else None)
+            _add(sightings, moment, values, box=boxes[place] if len(boxes) == len(people) else None)
     return moments.clock()
 
 

@@ -74,7 +74,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     `frame_indices` leave it unknown. A person of NaN was not found. The focal length that the program used is in
     the history. InputError when the file is not of this form, or has the translations of some people only.
     """
-    found, placed, focal_px = People(str(path)), [], []
+    sightings, placed, focal_px = People(str(path)), [], []
     for frame, person, where in _people(path):
         key = _key(person) or ""
         keypoints = _array(person, key, _SHAPE, where)
@@ -83,7 +83,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         translation = _array(person, _KEYPOINTS[key], (3,), where)
         placed.append(bool(np.isfinite(translation).all()))
         focal_px.append(_array(person, "focal_length", (-1,), where)[0])
-        found.add(frame, keypoints + np.nan_to_num(translation), box=_array(person, "bbox", (4,), where))
+        sightings.add(frame, keypoints + np.nan_to_num(translation), box=_array(person, "bbox", (4,), where))
     if any(placed) != all(placed):
         raise InputError(
             "wrong-content",
@@ -91,7 +91,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             f"got {sum(placed)} of {len(placed)}; save them all again.",
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
-    people = found.poses(MHR70, frame, placed=any(placed))
+    people = sightings.poses(MHR70, frame, placed=any(placed))
     people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
@@ -180,12 +180,12 @@ def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
 
 
 def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
-    seen: dict[int, tuple[str, str]] = {}  # image and file by frame
+    files: dict[int, tuple[str, str]] = {}  # image and file by frame
     for file in _files(path):
         image = _PERSON.sub("", file.stem)
         one_image = image != file.stem and not re.search(r"\d", image)  # its people alone are numbered
         frame = 0 if one_image else frame_number(image, str(file))
-        other, beside = seen.setdefault(frame, (image, file.name))
+        other, beside = files.setdefault(frame, (image, file.name))
         if other != image:
             raise InputError(
                 "wrong-content",
@@ -194,7 +194,7 @@ def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
                 "into a folder of its own.",
             )
         yield frame, _of_archive(file), str(file)
-    if not seen:
+    if not files:
         raise InputError(
             "format-unknown",
             f"{path}: expected a folder of .npz, one a frame of SAM 3D Body, found none there.",

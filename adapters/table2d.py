@@ -61,11 +61,11 @@ def read(
     points = held.values[:, columns]
     if not np.nanmax(np.abs(points[..., :2]), initial=0) > _SHARES:
         points[..., :2] = in_pixels(points[..., :2], image_size, str(path))
-    found = People(str(path))
+    sightings = People(str(path))
     for moment, person, row in zip(held.moments.tolist(), held.people, points, strict=True):
         if np.isfinite(row[:, :2]).any():
-            found.add(moment, row[:, :2], row[:, 3], None if track else person)
-    return found.keypoints(held.clock, layouts)
+            sightings.add(moment, row[:, :2], row[:, 3], None if track else person)
+    return sightings.keypoints(held.clock, layouts)
 
 
 def _numbered(points: set[str] | tuple[str, ...]) -> int:

@@ -60,15 +60,15 @@ def read(
             f"{path}: expected x, y and z of {', '.join(LIMBS)} under common names, but {', '.join(missing)} lack; got "
             f"{', '.join(held.names[:12])}.",
         )
-    layout, found = Layout("table", tuple(named)), People(str(path))
+    layout, sightings = Layout("table", tuple(named)), People(str(path))
     values = held.values[:, list(named.values())]
     gone = (values[..., :3] == 0).all(axis=-1)
     values[gone] = np.nan
     for moment, person, row in zip(held.moments.tolist(), held.people, values, strict=True):
         if np.isfinite(row[:, :3]).any():
-            found.add(moment, row[:, :3], row[:, 3], None if track else person)
-    if not len(found):
+            sightings.add(moment, row[:, :3], row[:, 3], None if track else person)
+    if not len(sightings):
         raise InputError("nothing-usable", f"{path}: no person was found in any frame.")
-    frame = standing_frame(found.points, layout, up, unit, str(path))
-    people = found.poses(layout, frame, held.clock, placed=True)
+    frame = standing_frame(sightings.points, layout, up, unit, str(path))
+    people = sightings.poses(layout, frame, held.clock, placed=True)
     return tuple(poses.with_(made_by=maker(made_by)) for poses in people)

@@ -47,26 +47,26 @@ def read(
     Sports2D's.
     """
     with naming(path):
-        found = read_trc(path)
-    if len(found.points) == 0:
+        markers = read_trc(path)
+    if len(markers.points) == 0:
         raise InputError(
             "nothing-usable", f"{path}: expected rows of marker positions after the header, got none."
         )
     with path.open(encoding="utf-8", errors="replace") as file:
         said = file.readline(4096)
-    if _SPORTS2D.search(path.name) or _SPORTS2D.search(said) or _invented_depth(found):
+    if _SPORTS2D.search(path.name) or _SPORTS2D.search(said) or _invented_depth(markers):
         raise InputError(
             "wrong-content",
             f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "
             "marker and not measured; give its 2D detections with --keypoints and have them lifted.",
         )
-    return people_of(found, str(path), unit, up, maker(made_by))
+    return people_of(markers, str(path), unit, up, maker(made_by))
 
 
-def _invented_depth(found: Markers) -> bool:
+def _invented_depth(markers: Markers) -> bool:
     """Whether each marker moves in x and y but has only the few depths of Sports2D's table."""
-    if len(found.points) < _ENOUGH or not found.names:
+    if len(markers.points) < _ENOUGH or not markers.names:
         return False
-    depths = [len(np.unique(z[np.isfinite(z)])) for z in found.points[..., 2].T]
-    moved = [len(np.unique(x[np.isfinite(x)])) for x in found.points[..., 0].T]
+    depths = [len(np.unique(z[np.isfinite(z)])) for z in markers.points[..., 2].T]
+    moved = [len(np.unique(x[np.isfinite(x)])) for x in markers.points[..., 0].T]
     return max(depths) <= _DEPTHS < max(moved)

@@ -42,18 +42,18 @@ def read(
     track: ignore the tracks and join people by nearness all the same. image_size: width and height in pixels; a run
     takes those of its video, or of read.image_size. Raises InputError when the files are of another form.
     """
-    found = People(str(path))
+    sightings = People(str(path))
     for frame, values, person in _folder(path):
         points = in_pixels(values[:, :2], image_size, str(path))
-        found.add(frame, points, values[:, 2], None if track else person)
-    return found.keypoints()
+        sightings.add(frame, points, values[:, 2], None if track else person)
+    return sightings.keypoints()
 
 
 def _files(path: Path) -> dict[str, int]:
     """The folder's text files by name, with the frame that each is of, counted from 0."""
     numbered = ((file.name, _NUMBER.search(file.stem)) for file in path.glob("*.txt"))
-    found = {name: int(match[1]) - 1 for name, match in numbered if match}
-    return dict(sorted(found.items(), key=lambda item: item[1]))
+    frames = {name: int(match[1]) - 1 for name, match in numbered if match}
+    return dict(sorted(frames.items(), key=lambda item: item[1]))
 
 
 def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:

@@ -56,10 +56,10 @@ def read(
         )
     layout = _LAYOUTS[said]
     points = shaped(cameras[camera], f"{where}, video '{video}'", ("frames", len(layout), 2))
-    found = People(where)
+    sightings = People(where)
     for frame, row in enumerate(points):
-        found.add(frame, row, person=video)
-    (poses,) = found.keypoints(layouts=(layout,))
+        sightings.add(frame, row, person=video)
+    (poses,) = sightings.keypoints(layouts=(layout,))
     return (
         poses.noted("gaps", filled="by the file's writer, where nobody was found; not marked in the file"),
     )

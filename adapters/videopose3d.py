@@ -46,8 +46,8 @@ def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:
     file = _file(path)
     key = _KEY if keys(file) else None
     joints = plain_array(file, FRAMES, key=key)
-    known: dict[str, Any] = {"frame_index": np.arange(len(joints))} if key else {}
-    poses = in_camera(joints, clip, **known)
+    numbered: dict[str, Any] = {"frame_index": np.arange(len(joints))} if key else {}
+    poses = in_camera(joints, clip, **numbered)
     check_metric(file, poses.joints, trajectory=True)
     return (poses,)
 

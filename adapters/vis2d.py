@@ -36,11 +36,11 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     the file has another form, nobody in it, or coordinates that are no pixels.
     """
     file = _file(path)
-    found = People(str(file))
+    sightings = People(str(file))
     for person, rows in enumerate(load(file, *_SHAPES, key=_KEY)):
         for frame, row in enumerate(rows):
-            found.add(frame, row[:, :2], row[:, 2] if row.shape[1] == 3 else None, str(person))
-    return found.keypoints(layouts=(H36M17,))
+            sightings.add(frame, row[:, :2], row[:, 2] if row.shape[1] == 3 else None, str(person))
+    return sightings.keypoints(layouts=(H36M17,))
 
 
 def _file(path: Path) -> Path:

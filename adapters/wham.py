@@ -107,14 +107,14 @@ def _person(person: str, values: dict[str, Any], weights: np.ndarray | None, whe
     mesh = shaped(values.get("verts"), f"{here}, verts", ("frames", _VERTICES, 3))
     frames = shaped(values.get("frame_ids"), f"{here}, frame_ids", (len(mesh),), kinds="iu")
     if weights is None:
-        found = shaped(values.get(_JOINTS), f"{here}, {_JOINTS}", (len(mesh), "joints", 3))
+        stored = shaped(values.get(_JOINTS), f"{here}, {_JOINTS}", (len(mesh), "joints", 3))
         away = shaped(values.get("trans_cam"), f"{here}, trans_cam", (len(mesh), 3))
-        if found.shape[1] < len(COCO17):
+        if stored.shape[1] < len(COCO17):
             raise InputError(
                 "wrong-content",
-                f"{here}: expected COCO's 17 joints first in {_JOINTS}, got {found.shape[1]}.",
+                f"{here}: expected COCO's 17 joints first in {_JOINTS}, got {stored.shape[1]}.",
             )
-        joints, names, points = found[:, : len(COCO17)] + away[:, None], COCO17.joints, FEET.joints
+        joints, names, points = stored[:, : len(COCO17)] + away[:, None], COCO17.joints, FEET.joints
     else:
         joints, (names, points) = weights @ mesh, _ROWS[len(weights)]
     poses = PoseSequence(

@@ -62,24 +62,24 @@ _CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:\.\d*)?)")
 @lru_cache(1 << 12)
 def plain(name: str) -> str:
     """A name in small letters, its words joined by _: "frameNumber", "Frame number" and "frame.number" are alike."""
-    words = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name.strip())
-    return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name.strip())
+    return re.sub(r"[^a-z0-9]+", "_", spaced.lower()).strip("_")
 
 
 @lru_cache(1 << 12)
 def kind_of(name: str) -> str:
     """What a column or field of that name says: "frame", "image", "time", "recording", "person" or "rate"; "unnamed"
     for one without a name, "like" for a name that sounds like a clock's, "" for any other."""
-    known = _KINDS.get(plain(name), "")
-    if known:
-        return known
+    kind = _KINDS.get(plain(name), "")
+    if kind:
+        return kind
     return "unnamed" if _UNNAMED.fullmatch(plain(name)) else "like" * bool(_LIKE.search(plain(name)))
 
 
 def first_of(kind: str, names: Sequence[str]) -> int | None:
     """The position of the name of that kind that counts among the names of columns; None where there is none."""
-    found = [i for i, name in enumerate(names) if kind_of(name) == kind]
-    return min(found, key=lambda i: _NAMES[kind].index(plain(names[i])), default=None)
+    places = [i for i, name in enumerate(names) if kind_of(name) == kind]
+    return min(places, key=lambda i: _NAMES[kind].index(plain(names[i])), default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,21 +231,21 @@ class Moments:
 
     def _numbered(self, values: Sequence[Any]) -> np.ndarray:
         """Numbers of images by their names. InputError for one that has none, and for two images of one number."""
-        found: dict[int, str] = {}
+        names: dict[int, str] = {}
         folder: str | None = None
         for value in values:
             number, text = frame_number(value, self._where), str(value)
             own = text.replace("\\", "/").rpartition("/")[0]
             folder = own if folder is None else folder
-            other = found.setdefault(number, text)
+            other = names.setdefault(number, text)
             if other != text or own != folder:
-                beside = other if other != text else next(iter(found.values()))
+                beside = other if other != text else next(iter(names.values()))
                 raise InputError(
                     "files-apart",
                     f"{self._where}: expected the images of one video, in one folder, each with a number of its own, "
                     f"got {text} beside {beside}; keep each video's keypoints in a file of their own.",
                 )
-        return np.array(list(found), dtype=np.int64)
+        return np.array(list(names), dtype=np.int64)
 
     def _times(self) -> tuple[str | None, np.ndarray | None]:
         """The field of the times, and seconds (M,)."""
@@ -325,8 +325,8 @@ def _number(value: Any) -> float | None:
 
 def _numbers(values: Sequence[Any]) -> np.ndarray | None:
     """(M,) float64; None unless all are finite numbers."""
-    found = [_number(value) for value in values]
-    array = np.array([np.nan if number is None else number for number in found])
+    parsed = [_number(value) for value in values]
+    array = np.array([np.nan if number is None else number for number in parsed])
     return array if np.isfinite(array).all() else None
 
 

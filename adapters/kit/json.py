@@ -133,11 +133,11 @@ class _Text:
                 return self._text[self._at : self._at + 1]
 
     def take(self, *wanted: str) -> str:
-        found = self.peek()
-        if found not in wanted or not found:
+        character = self.peek()
+        if character not in wanted or not character:
             raise ValueError(f"expected {wanted}")
         self._at += 1
-        return found
+        return character
 
     def value(self) -> Any:
         self.peek()

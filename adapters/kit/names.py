@@ -43,22 +43,22 @@ _MPII = re.compile(
 @lru_cache(1 << 12)
 def joint_named(label: str) -> str:
     """Our name of a joint; "" for a point that is none of ours."""
-    words = plain(label).split("_")
-    if match := _MPII.fullmatch("".join(words)):
+    parts = plain(label).split("_")
+    if match := _MPII.fullmatch("".join(parts)):
         return f"{'rl'[int(match[2]) - 1]}_{match[1]}"
-    if match := _FUSED.fullmatch("".join(words)):
+    if match := _FUSED.fullmatch("".join(parts)):
         return f"{_SIDES[match[1]]}_{_PAIRED[match[2]]}"
     for at in (0, -1):
-        rest = "_".join(words[1:] if at == 0 else words[:-1])
-        if words[at] in _SIDES and rest in _PAIRED:
-            return f"{_SIDES[words[at]]}_{_PAIRED[rest]}"
-    return _MIDDLE.get("_".join(words), "")
+        rest = "_".join(parts[1:] if at == 0 else parts[:-1])
+        if parts[at] in _SIDES and rest in _PAIRED:
+            return f"{_SIDES[parts[at]]}_{_PAIRED[rest]}"
+    return _MIDDLE.get("_".join(parts), "")
 
 
 def joints_named(labels: Sequence[str]) -> dict[str, int]:
     """Where each joint is among labels; the first of those of one name."""
-    found: dict[str, int] = {}
+    places: dict[str, int] = {}
     for i, label in enumerate(labels):
         if joint := joint_named(label):
-            found.setdefault(joint, i)
-    return found
+            places.setdefault(joint, i)
+    return places

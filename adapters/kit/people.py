@@ -277,10 +277,10 @@ def saying_nothing(scores: np.ndarray) -> str:
 
     They say nothing when they are one number within [0, 1], the range of confidences, to which others are clipped.
     """
-    known = scores[np.isfinite(scores)]
-    if len(known) < 2:
+    stated = scores[np.isfinite(scores)]
+    if len(stated) < 2:
         return ""
-    low, high = known.min(), known.max()
+    low, high = stated.min(), stated.max()
     if np.clip(low, 0, 1) != np.clip(high, 0, 1):
         return ""
     return f"all are {low:g}" if low == high else f"all are {low:g} to {high:g}"

@@ -203,16 +203,16 @@ def _stacked(rows: list[list[str]], delimiter: str) -> Header | None:
 
 
 def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
-    words = [plain(name) for name in names]
-    label = next((i for i, name in enumerate(words) if name in _LABELS), None)
+    plain_names = [plain(name) for name in names]
+    label = next((i for i, name in enumerate(plain_names) if name in _LABELS), None)
     person = first_of("person", names)
-    short = ["_".join(part for part in name.split("_") if part not in _LEFT_OUT) for name in words]
-    if any("world" in name for name in words):  # the image's coordinates may stand beside these
+    short = ["_".join(part for part in name.split("_") if part not in _LEFT_OUT) for name in plain_names]
+    if any("world" in name for name in plain_names):  # the image's coordinates may stand beside these
         short = [
             part if "world" in name or _AXIS.get(name.rpartition("_")[2]) == _SCORE else ""
-            for name, part in zip(words, short, strict=True)
+            for name, part in zip(plain_names, short, strict=True)
         ]
-    coordinates = [i for i, name in enumerate(words) if kind_of(name) in ("", "like") and _column(name)]
+    coordinates = [i for i, name in enumerate(plain_names) if kind_of(name) in ("", "like") and _column(name)]
     columns = {i: column for i in coordinates if (column := _column(short[i])) is not None}
     values = {i: column for i, column in columns.items() if bool(column.point) == (label is None)}
     placed = {column.point for column in values.values() if column.axis != _SCORE}
@@ -286,13 +286,13 @@ def _wide(
     """Of rows that have all points, maybe of several people in columns of their own."""
     points = tuple(dict.fromkeys(column.point for column in header.values.values()))
     everybody = list(dict.fromkeys(column.person for column in header.values.values()))
-    found = np.full((len(everybody), len(at), len(points), 4), np.nan, np.float32)
+    points_of = np.full((len(everybody), len(at), len(points), 4), np.nan, np.float32)
     for i, column in enumerate(header.values.values()):
-        found[everybody.index(column.person), :, points.index(column.point), column.axis] = values[:, i]
+        points_of[everybody.index(column.person), :, points.index(column.point), column.axis] = values[:, i]
     if everybody != [None]:
         people = [person for person in everybody for _ in at]
         at = np.tile(at, len(everybody))
-    return Points(points, found.reshape(len(at), len(points), 4), at, tuple(people), clock)
+    return Points(points, points_of.reshape(len(at), len(points), 4), at, tuple(people), clock)
 
 
 def _long(
@@ -312,10 +312,10 @@ def _long(
             taken = set()
         taken.add(label)
         sighting[row] = len(first) - 1
-    found = np.full((len(first), len(points), 4), np.nan, np.float32)
+    points_of = np.full((len(first), len(points), 4), np.nan, np.float32)
     for i, column in enumerate(header.values.values()):
-        found[sighting, label_of, column.axis] = values[:, i]
-    return Points(points, found, at[first], tuple(people[row] for row in first), clock)
+        points_of[sighting, label_of, column.axis] = values[:, i]
+    return Points(points, points_of, at[first], tuple(people[row] for row in first), clock)
 
 
 def _row_label(row: list[str], header: Header) -> str:

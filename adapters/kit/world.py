@@ -47,7 +47,7 @@ def maker(told: Maker | None, says: MadeBy = UNSAID) -> MadeBy:
 
 
 def people_of(
-    found: Markers, where: str, unit: str | None, up: Up | None, made_by: MadeBy = UNSAID
+    markers: Markers, where: str, unit: str | None, up: Up | None, made_by: MadeBy = UNSAID
 ) -> tuple[PoseSequence, ...]:
     """Everybody of named points, in the file's world and unit, with its times; frames count from the first row.
 
@@ -56,8 +56,8 @@ def people_of(
     InputError when nobody's points are joint centres under names in use, when the unit is unknown, and when somebody
     does not stand along the axis that the file's kind has up.
     """
-    frame = world(up or found.up, unit or found.unit)
-    subjects = by_subject(found)
+    frame = world(up or markers.up, unit or markers.unit)
+    subjects = by_subject(markers)
     if len(subjects) == 1:
         return tuple(_person(points, where, frame, up, made_by) for points in subjects.values())
     people, reasons = [], {}
@@ -78,14 +78,14 @@ class _NoBodyError(InputError):
     """Points that are not the joint centres of a body."""
 
 
-def _person(found: Markers, where: str, frame: Frame, up: Up | None, made_by: MadeBy) -> PoseSequence:
-    layout, joints, made = _named(found, METRES[frame.unit])
+def _person(markers: Markers, where: str, frame: Frame, up: Up | None, made_by: MadeBy) -> PoseSequence:
+    layout, joints, made = _named(markers, METRES[frame.unit])
     poses = PoseSequence(
         joints=joints,
         layout=layout,
         frame=frame,
-        time_s=found.time_s,
-        frame_index=found.numbers - found.numbers[0],
+        time_s=markers.time_s,
+        frame_index=markers.numbers - markers.numbers[0],
         frames_known=False,
         made_by=made_by,
     )
@@ -94,23 +94,24 @@ def _person(found: Markers, where: str, frame: Frame, up: Up | None, made_by: Ma
     return poses.deriving("markers", made) if made else poses
 
 
-def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, dict[str, str]]:
+def _named(markers: Markers, metres: float) -> tuple[Layout, np.ndarray, dict[str, str]]:
     """metres: one unit of the points. A prefix that all names share ("Ann_RHip") does not matter."""
-    shared = len(os.path.commonprefix(found.names))  # noqa: RUF071 (characters are meant, these are no paths)
-    plain = [name[shared:] for name in found.names]
+    shared = len(os.path.commonprefix(markers.names))  # noqa: RUF071 (characters are meant, these are no paths)
+    plain = [name[shared:] for name in markers.names]
     chosen = joints_named(plain)
-    direct = Layout("markers", tuple(chosen)), found.points[:, list(chosen.values())]
+    direct = Layout("markers", tuple(chosen)), markers.points[:, list(chosen.values())]
     if set(chosen) >= {"nose", *LIMBS}:
         return *direct, {}
     try:
-        joints = h36m17_named(found.points * metres, plain) / metres
+        joints = h36m17_named(markers.points * metres, plain) / metres
     except InputError:
         if set(chosen) >= set(LIMBS):  # no head, but enough of a body
             return *direct, {}
         raise _NoBodyError(
             "wrong-content",
             "expected points at the joint centres (hips, knees, ankles, shoulders, elbows and wrists, under common "
-            f"names), got {', '.join(found.names[:30])}; markers on the skin must be turned into joint centres first.",
+            f"names), got {', '.join(markers.names[:30])}; markers on the skin must be turned into joint centres "
+            "first.",
         ) from None
     return H36M17, joints, {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
 
@@ -122,8 +123,8 @@ def upright(points: np.ndarray, layout: Layout) -> np.ndarray:
         return points[:, layout.indices((f"l_{part}", f"r_{part}"))].mean(axis=1, dtype=np.float64)
 
     parts = (middle("hip") - middle("ankle"), middle("shoulder") - middle("hip"))
-    known = [unit(part[is_finite(part)]) for part in parts]
-    return np.stack([np.median(part, axis=0) if len(part) else np.full(3, np.nan) for part in known])
+    directions = [unit(part[is_finite(part)]) for part in parts]
+    return np.stack([np.median(part, axis=0) if len(part) else np.full(3, np.nan) for part in directions])
 
 
 def check_upright(poses: PoseSequence, where: str) -> None:

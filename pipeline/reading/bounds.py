@@ -46,12 +46,12 @@ def check_times(time_s: np.ndarray, where: str) -> None:
 
 def check_size(poses: PoseSequence, where: str) -> None:
     """InputError for bodies, in 2D or 3D, of no size that a unit could have, or as far away as nobody is."""
-    known = is_finite(poses.joints).sum(axis=1)
-    if not known.any():
+    joints_there = is_finite(poses.joints).sum(axis=1)
+    if not joints_there.any():
         return
     high, low = (f.reduce(poses.joints, axis=1).astype(np.float64) for f in (np.fmax, np.fmin))
     far = float(max(np.nanmax(high), -np.nanmin(low)))
-    extent = (high - low)[known > 1] if (known > 1).any() else np.ones((1, 1))
+    extent = (high - low)[joints_there > 1] if (joints_there > 1).any() else np.ones((1, 1))
     size = float(np.nanmedian(extent, axis=0).max())
     if size != 0 and not (_SIZES[0] <= size <= _SIZES[1] and far <= _FARTHEST):  # of size 0 is a failed frame
         raise InputError(

@@ -59,10 +59,10 @@ def in_words(path: Path) -> str:
         return f"unreadable ({error.strerror or error})"
     except DAMAGE:
         return "damaged or cut short"
-    known = (words for begins, words in _KINDS.items() if begins in (start[: len(begins)], start[8:12]))
+    kinds = (kind for begins, kind in _KINDS.items() if begins in (start[: len(begins)], start[8:12]))
     text = start.decode("utf-8-sig", "replace")[:16]
     is_text = text.translate(dict.fromkeys(b"\t\n\r")).isprintable() and "\ufffd" not in text
-    return next(known, f"a file that begins with {text!r}" if is_text else _UNKNOWN)
+    return next(kinds, f"a file that begins with {text!r}" if is_text else _UNKNOWN)
 
 
 def names_in(path: Path) -> set[str]:

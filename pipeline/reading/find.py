@@ -42,19 +42,19 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     InputError when the name is unknown, when no adapter fits, or when several do.
     """
     if not (path.is_file() or path.is_dir()):
-        found = "a device or a pipe" if path.exists() else "nothing"
-        raise InputError("cannot-open", f"Expected a file or folder at {path}, found {found} there.")
-    known = adapters(gives)
+        there = "a device or a pipe" if path.exists() else "nothing"
+        raise InputError("cannot-open", f"Expected a file or folder at {path}, found {there} there.")
+    candidates = adapters(gives)
     if name != "auto":
-        if name not in known:
+        if name not in candidates:
             if name not in adapters():
                 registry.load("adapters", name)  # says that there is none, or what is wrong with it
             raise InputError(
                 "name-unknown",
-                f"There is no adapter '{name}' for {gives}; {did_you_mean(name, known)}",
+                f"There is no adapter '{name}' for {gives}; {did_you_mean(name, candidates)}",
             )
-        return known[name]
-    fits = [adapter for adapter in known.values() if recognises(adapter, path)]
+        return candidates[name]
+    fits = [adapter for adapter in candidates.values() if recognises(adapter, path)]
     if gives is None:  # a folder of a vis.py holds both its 2D input and its 3D output
         fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits
     fits = [adapter for adapter in fits if not getattr(adapter, "general", False)] or fits
@@ -65,7 +65,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if why := why_no_joints(path):
         raise InputError("format-unknown", f"{path} is {in_words(path)}. {why}")
     if fits:
-        names = "; ".join(f"{one.name} ({getattr(one, 'apart', one.reads)})" for one in fits)
+        names = "; ".join(f"{adapter.name} ({getattr(adapter, 'apart', adapter.reads)})" for adapter in fits)
         raise InputError(
             "format-ambiguous",
             f"{path} fits several adapters, whose files look alike: {names}. Name the right one with {flag}.",
@@ -93,25 +93,25 @@ def _nearest(path: Path) -> str:
     names, shapes = names_in(path), shapes_in(path)
     said = []
     for gives in ("poses", "keypoints"):
-        found = []
-        for one in adapters(gives).values():
-            marks = getattr(one, "marks", ())
-            words = [mark for mark in marks if isinstance(mark, str)]
-            lacks = [word for word in words if word not in names]
-            if reason := getattr(one, "lacks", lambda path: "")(path):
-                found.append((1.0, f"{one.name} ({reason})"))
+        likeness = []
+        for adapter in adapters(gives).values():
+            marks = getattr(adapter, "marks", ())
+            wanted = [mark for mark in marks if isinstance(mark, str)]
+            lacks = [word for word in wanted if word not in names]
+            if reason := getattr(adapter, "lacks", lambda path: "")(path):
+                likeness.append((1.0, f"{adapter.name} ({reason})"))
                 continue
             alike = [
                 (_alike(shape, mark), mark) for mark in marks if isinstance(mark, tuple) for shape in shapes
             ]
             near, mark = max(alike, key=lambda pair: pair[0], default=(0.0, ()))
             if near:
-                reason = getattr(one, "apart", "") if near == 1 else f"expects {in_shape(mark)}"
-                found.append((near, f"{one.name} ({reason or one.reads})"))
-            elif words and len(lacks) <= len(words) / 2:
+                reason = getattr(adapter, "apart", "") if near == 1 else f"expects {in_shape(mark)}"
+                likeness.append((near, f"{adapter.name} ({reason or adapter.reads})"))
+            elif wanted and len(lacks) <= len(wanted) / 2:
                 reason = f"lacks {', '.join(lacks)}" if lacks else "holds them in another way"
-                found.append((1 - len(lacks) / len(words), f"{one.name} ({reason})"))
-        best = sorted(found, key=lambda item: -item[0])[:_NEAREST]
+                likeness.append((1 - len(lacks) / len(wanted), f"{adapter.name} ({reason})"))
+        best = sorted(likeness, key=lambda item: -item[0])[:_NEAREST]
         if best:
             said.append(f"of {_WORDS[gives][0]}, {', '.join(text for _, text in best)}")
     return f" Nearest are, {'; '.join(said)}." if said else ""
@@ -127,7 +127,9 @@ def _alike(shape: tuple[int, ...], wanted: Shape) -> float:
 
 def exchanged(path: Path, gives: str | None) -> str:
     """A sentence that names what the file is when it is not what was expected, and how to give it; "" when unknown."""
-    others = [one for one in adapters().values() if one.gives != gives and recognises(one, path)]
+    others = [
+        adapter for adapter in adapters().values() if adapter.gives != gives and recognises(adapter, path)
+    ]
     if gives is None or not others:
         return ""
     what, how = _WORDS[others[0].gives]

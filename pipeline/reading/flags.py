@@ -41,9 +41,9 @@ def offering(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
 
         @wraps(function)
         def command(*args: Any, **given: Any) -> None:
-            told = {name: given.pop(name) for name in shown if name in given}
+            shared_values = {name: given.pop(name) for name in shown if name in given}
             function(
-                RunOptions(**{name: value for name, value in told.items() if value is not None}),
+                RunOptions(**{name: value for name, value in shared_values.items() if value is not None}),
                 *args,
                 **given,
             )

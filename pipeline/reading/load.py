@@ -156,7 +156,9 @@ def load(
             people = _in_order(people, layout)
         maker = getattr(chosen, "made_by", UNSAID)
         return Source(
-            path, chosen, tuple(one.with_(made_by=maker) if one.made_by == UNSAID else one for one in people)
+            path,
+            chosen,
+            tuple(person.with_(made_by=maker) if person.made_by == UNSAID else person for person in people),
         )
     except InputError as error:
         said = str(error) if str(path) in str(error) else f"{path}: {error}"
@@ -191,9 +193,9 @@ def _in_order(people: tuple[PoseSequence, ...], told: str | None) -> tuple[PoseS
 def _people(adapter: Adapter, given: Any) -> tuple[PoseSequence, ...]:
     """What an adapter read; InputError for nobody, and for anything but people."""
     several = isinstance(given, tuple | list)
-    if several and given and all(isinstance(one, PoseSequence) for one in given):
+    if several and given and all(isinstance(person, PoseSequence) for person in given):
         return tuple(given)
-    got = sorted({type(one).__name__ for one in given}) if several else [type(given).__name__]
+    got = sorted({type(person).__name__ for person in given}) if several else [type(given).__name__]
     raise InputError(
         "plugin-broken",
         f"Expected a tuple of people (PoseSequence) from adapter '{adapter.name}', got {', '.join(got) or 'nobody'}; "

@@ -81,6 +81,6 @@ def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
             f"{where}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
             "pass --set read.missing=gap to treat them as gaps.",
         )
-    words = ", ".join(_in_words(what, count) for what, count in counts.items() if count)
+    counted = ", ".join(_in_words(what, count) for what, count in counts.items() if count)
     poses = poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points))
-    return poses.noted("missing", **counts).saying(notice("gaps-as-asked", counts=words))
+    return poses.noted("missing", **counts).saying(notice("gaps-as-asked", counts=counted))

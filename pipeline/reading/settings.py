@@ -94,16 +94,16 @@ def _time_range(value: Any) -> Any:
         return value
     start, colon, end = value.partition(":")
     try:
-        told = float(start or 0), float(end or "inf")
+        span = float(start or 0), float(end or "inf")
     except ValueError:
-        told = ()
-    if not (colon and told):
+        span = ()
+    if not (colon and span):
         raise InputError(
             "bad-value", f"Expected --time-range START:END in seconds, such as 2.5:8, got '{value}'."
         )
-    if not told[0] < told[1]:
+    if not span[0] < span[1]:
         raise InputError("bad-value", f"Expected a --time-range that ends after it starts, got '{value}'.")
-    return told
+    return span
 
 
 def _pairs(value: Any) -> Any:
@@ -319,12 +319,12 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
             keypoints[key] = value
         elif not dot and value != OFF:
             column = name.lstrip("-").replace("-", "_")
-            known = (
+            hint = (
                 f"{name} is {flag_of(column)}"
                 if column in RunOptions.model_fields
                 else f"got '{name}={value}'"
             )
-            raise InputError("bad-value", f"Expected --set STAGE.KEY=VALUE, or STAGE={OFF}; {known}.")
+            raise InputError("bad-value", f"Expected --set STAGE.KEY=VALUE, or STAGE={OFF}; {hint}.")
         else:
             stages[name] = value
     if keypoints:

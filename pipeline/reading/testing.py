@@ -81,20 +81,24 @@ def check_adapter(
     def read(path: Path) -> tuple[Any, ...]:
         return call(adapter.read, path, what=f"Adapter '{name}'", options=options)
 
-    found = read(golden)
+    people = read(golden)
     wanted = _TYPES[adapter.gives]
-    _expect(isinstance(found, tuple) and len(found) > 0, f"it reads a {type(found).__name__}, not a tuple")
-    _expect(all(isinstance(one, wanted) for one in found), f"it reads other things than {wanted.__name__}")
+    _expect(isinstance(people, tuple) and len(people) > 0, f"it reads a {type(people).__name__}, not a tuple")
+    _expect(
+        all(isinstance(person, wanted) for person in people), f"it reads other things than {wanted.__name__}"
+    )
     _check_garbage(adapter, golden, read)
     facts = Facts(name, adapter.gives, fps=True, frames=adapter.gives == "video")
     if wanted is not PoseSequence:
         return facts
     if adapter.gives == "poses":
         copies = (
-            read(mirrored) if mirrored else tuple(one.with_(joints=one.joints * [-1, 1, 1]) for one in found)
+            read(mirrored)
+            if mirrored
+            else tuple(person.with_(joints=person.joints * [-1, 1, 1]) for person in people)
         )
-        _check_guard(adapter, golden, found, copies)
-    return _of_people(found, facts)
+        _check_guard(adapter, golden, people, copies)
+    return _of_people(people, facts)
 
 
 def _expect(kept: bool, otherwise: str) -> None:

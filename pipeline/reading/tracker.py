@@ -54,13 +54,13 @@ class Tracker:
             name: track for name, track in self._tracks.items() if frame - track[-1].frame <= MEMORY
         }
         # Of equals who was seen last.
-        known = sorted(self._tracks, key=lambda name: -self._tracks[name][-1].frame)
+        lost = sorted(self._tracks, key=lambda name: -self._tracks[name][-1].frame)
         names = [-1] * len(people)
-        if known:
-            cost = np.array([_costs(_gone_on(self._tracks[name], frame), people) for name in known])
+        if lost:
+            cost = np.array([_costs(_gone_on(self._tracks[name], frame), people) for name in lost])
             for row, column in _pairs(cost):
                 if cost[row, column] < _NEVER:
-                    names[column] = known[row]
+                    names[column] = lost[row]
         for i, sighting in enumerate(people):
             names[i] = self._people if names[i] < 0 else names[i]
             self.knows(names[i], sighting)
@@ -68,7 +68,7 @@ class Tracker:
 
     def knows(self, name: int, sighting: Sighting) -> None:
         """Go on from what is known: who somebody was; in order of time."""
-        before = [seen for seen in self._tracks.pop(name, []) if sighting.frame - seen.frame <= PACE]
+        before = [earlier for earlier in self._tracks.pop(name, []) if sighting.frame - earlier.frame <= PACE]
         self._tracks[name] = [*before, sighting]
         self._people = max(self._people, name + 1)
 
@@ -115,17 +115,19 @@ def _pairs(cost: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(*linear_sum_assignment(cost), strict=True))
 
 
-def _costs(known: Sighting, people: Sequence[Sighting]) -> list[float]:
+def _costs(sighting: Sighting, people: Sequence[Sighting]) -> list[float]:
     """Of each person as the one who is known."""
-    weight = np.minimum(known.weight, np.array([person.weight for person in people]))
-    step = np.linalg.norm(known.points - np.array([person.points for person in people]), axis=-1)
+    weight = np.minimum(sighting.weight, np.array([person.weight for person in people]))
+    step = np.linalg.norm(sighting.points - np.array([person.points for person in people]), axis=-1)
     total = weight.sum(axis=1)
     step = np.divide((step * weight).sum(axis=1), total, out=np.full(len(people), np.inf), where=total > 0)
-    corners = np.array([known.box, *(person.box for person in people)])
+    corners = np.array([sighting.box, *(person.box for person in people)])
     size = np.linalg.norm(corners[:, 2:] - corners[:, :2], axis=1)
     near = step < REACH * np.maximum(size[1:], size[0])
     return [
-        float(step[i] / max(size[i + 1], size[0])) - overlap(known.box, people[i].box) if near[i] else _NEVER
+        float(step[i] / max(size[i + 1], size[0])) - overlap(sighting.box, people[i].box)
+        if near[i]
+        else _NEVER
         for i in range(len(people))
     ]
 
