@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.answer import answer as answered
@@ -19,8 +18,7 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
-from ..drawing.charts import LEFT, SOFT, Curve, over_time
-from ..drawing.facts import Facts, facts_of, tilt, voted
+from ..drawing.facts import Facts, facts_of
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import Told, answer, charts, figure, page, picture, small, told
 from .angles import angle_charts, ranges, sides_compared
@@ -110,24 +108,7 @@ def _key_frames(take: Take) -> Markup:
 
 
 def _gravity(take: Take, facts: Facts) -> Markup:
-    poses, rectified = take.need("poses"), take.need("rectified")
-    figures = []
-    if voted(rectified) and len(poses) > 1:
-        votes, shared, bound = tilt(take)
-        for i, (name, words) in enumerate(
-            (
-                ("Camera's pitch (°)", "positive looks down"),
-                ("Camera's roll (°)", "positive turns the image's content counter-clockwise"),
-            )
-        ):
-            curves = [
-                Curve("each frame", votes[:, i], SOFT, width=0.8),
-                Curve("take", shared[:, i], LEFT, bound[:, i], width=1.8),
-            ]
-            chart = over_time(curves, poses.times, f"{name} over time")
-            band = "; band: 90 % bound" if np.isfinite(bound).any() else ""
-            figures.append(figure([chart], name, f"{words}{band}."))
-    return gravity_words(facts) + up_table(facts, take.camera is not None) + charts([*_lines(take), *figures])
+    return gravity_words(facts) + up_table(facts, take.camera is not None) + charts(_lines(take))
 
 
 def _lines(take: Take) -> Iterator[Markup]:

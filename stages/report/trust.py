@@ -43,7 +43,6 @@ _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _TO_GRAVITY = "trunk lean, angles of thigh, shank and upper arm to the vertical, heights and paths"
 
-_IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
 Check = tuple[str, Level, list[str]]
 
 
@@ -52,7 +51,7 @@ def trust(take: Take, facts: Facts) -> Markup:
     checks = [*_poses(take, facts)]
     if facts.verdict != "unusable":  # what else is known of such poses was never compared with a truth
         checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
-    checks += _others(take)
+    checks += _others(take, {text for _, _, texts in checks for text in texts})
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     verdict, said = "Usable.", "Figures hold within their errors."
     if level == "bad":
@@ -72,9 +71,9 @@ def trust(take: Take, facts: Facts) -> Markup:
     return gauge(level, verdict, " ".join(filter(None, [said, look])), checks)
 
 
-def _others(take: Take) -> list[Check]:
-    """Warnings about nothing that is judged here."""
-    texts = [each.text for each in take.notices if each.warns and each.about not in _IN_THE_GAUGE]
+def _others(take: Take, told: set[str]) -> list[Check]:
+    """Warnings that no other check has told."""
+    texts = [each.text for each in take.notices if each.warns and each.text not in told]
     return [("Also", "care", texts)] if texts else []
 
 
