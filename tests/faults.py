@@ -78,7 +78,7 @@ FAULTS = [
     Fault("models/lifter/features.py", "HALF_WINDOW + 1", "HALF_WINDOW",
           "models/lifter/test_lifter.py"),
     Fault("stages/scale.py", "replace(rectified, level=level, ", "replace(rectified, ",
-          "models/place/test_airborne.py::test_falls_give_metres_with_their_error"),
+          "stages/test_scale.py"),
     Fault("stages/measures/jumps.py", "GRAVITY / 8", "GRAVITY / 4",
           "models/place/test_airborne.py::test_rebounds_have_the_time_on_the_floor_between"),
     Fault("stages/export/markers.py", "root - height * up", "root + height * up",

@@ -57,3 +57,10 @@ def test_every_fault_changes_a_line_that_is_there():
     """One looked for a line of the scale by flights that had been rewritten."""
     texts = {fault: (ROOT / fault.file).read_text(encoding="utf-8") for fault in FAULTS}
     assert [fault for fault, text in texts.items() if text.count(fault.old) != 1] == []
+
+
+def test_every_test_that_has_to_catch_a_fault_is_there():
+    """One was of a scale that had gone."""
+    for named in {test for fault in FAULTS for test in fault.tests.split()}:
+        file, _, name = named.partition("::")
+        assert f"def {name}" in (ROOT / "tests" / file).read_text(encoding="utf-8"), named

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.anthropometry import SEGMENTS
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale, scale
 from refusals import refused
 
@@ -35,6 +36,18 @@ def test_frames_without_limbs_do_not_count():
     np.testing.assert_allclose(
         scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8)[0].joints[3], truth[3], rtol=1e-5
     )
+
+
+def test_poses_that_were_turned_upright_before_are_scaled_with_them(facing_camera):
+    poses = PoseSequence(np.repeat(facing_camera[None], 5, axis=0), H36M17, ARBITRARY)
+    before = Rectify("geometric")(Take("t", poses=poses, told=Told(stature_m=1.8)))
+    after = Scale()(before)
+    factor = scale(poses, 1.8)[1]
+    assert abs(factor - 1) > 0.01
+    np.testing.assert_allclose(
+        after.rectified.level.joints, factor * before.rectified.level.joints, rtol=1e-5
+    )
+    assert after.rectified.level.frame.unit == after.rectified.source.unit == "m"
 
 
 def test_without_a_stature_the_unit_is_kept_and_said():
