@@ -75,6 +75,24 @@ def batch(
         raise InputError(
             "option-conflict", "--workers is for this machine, --dask for a cluster; give one of them."
         )
+    if not dask:
+        with computing_on(options.device):  # refused now rather than by every take
+            pass
+    entries = read_entries(source, _for_all(options, common))
+    output = output.resolve()
+    executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
+    with executor as running, _ours_alone(output):
+        outcomes = _run([Job(entry, output, timeout) for entry in entries], output, running)
+        rows = study_rows(entries, outcomes)
+        write_table(rows, output / TABLE)
+        write_text(output / PAGE, as_page(f"Study {output.name}", rows))
+    _conclude(outcomes, rows, output)
+    if any(outcome.state == "failed" for outcome in outcomes):
+        raise typer.Exit(2)
+
+
+def _for_all(options: RunOptions, common: list[str] | None) -> dict[str, str]:
+    """The options that every take gets that does not set them itself."""
     shared = pairs(common, "--set")
     given = {"fps": options.fps, "device": None if options.device == AUTO else options.device}
     for name, value in given.items():
@@ -83,28 +101,20 @@ def batch(
                 "option-conflict", f"--{name} and --set {name} are the same option; give one of them."
             )
         shared |= {} if value is None else {name: str(value)}
-    if not dask:
-        with computing_on(options.device):  # refused now rather than by every take
-            pass
-    entries = read_entries(source, shared)
-    output = output.resolve()
-    executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
-    with executor as running, _ours_alone(output):
-        outcomes = _run([Job(entry, output, timeout) for entry in entries], output, running)
-        rows = study_rows(entries, outcomes)
-        write_table(rows, output / TABLE)
-        write_text(output / PAGE, as_page(f"Study {output.name}", rows))
-    failed = [outcome for outcome in outcomes if outcome.state == "failed"]
+    return shared
+
+
+def _conclude(outcomes: Sequence[Outcome], rows: Sequence[dict[str, Any]], output: Path) -> None:
+    """Print what became of the takes, how far they can be trusted, and where the files are."""
+    failed = sum(outcome.state == "failed" for outcome in outcomes)
     kept = sum(outcome.state == "kept" for outcome in outcomes)
     print(
-        f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
+        f"{output}: {how_many(len(outcomes) - failed, 'take')} done ({kept} of them before), {failed} failed"
     )
     if done := [row for row in rows if row["state"] == "done"]:
         doubtful = ", ".join(f"{len(runs)} {what}" for what, runs in doubts(done).items())
         print(f"of {how_many(len(done), 'run')}: {doubtful or 'no doubts about poses or levelling'}")
     point_to(output)
-    if failed:
-        raise typer.Exit(2)
 
 
 @contextmanager

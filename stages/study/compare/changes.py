@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....models.angle_error.repeatability import (
     MOVEMENTS,
+    Between,
     difference_chance,
     difference_sd,
     differing,
@@ -105,6 +106,7 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     both = (reference.measures, side.measures)
     gaits = [of.group("walking").text("gait") for of in both]
     between = ("again" if near else "elsewhere") if _one_lifter(side, reference) else None
+    metric = reference.metric and side.metric
     differences = []
     for group, path, item, name in _figures():
         own = [of.group(group, *path) for of in both]
@@ -114,21 +116,33 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
         values, errors = ((_known(rows[0], of), _known(rows[1], of)) for of in ("value", "error"))
         part = path[0] if path and group != "range_of_motion" else ""
         unit = UNITS[FIGURES[name].unit].page.format("m")
-        change = Change(group, item, part, unit, values, errors, math.hypot(*errors))
-        figures = [figure_of(row, gait) for row, gait in zip(rows, gaits, strict=True) if row]
-        if between and figures[0] is not None and figures == figures[:1] * 2:
-            change = change._replace(error=difference_sd(figures[0], change.errors, between))
-        of_length = FIGURES[name].unit in OF_LENGTH
+        error = _error(rows, errors, gaits, between)
         reasons = {
             "in-one-take": None in rows,
-            "unit-unknown": of_length and not (reference.metric and side.metric),
-            "error-unknown": math.isnan(change.error),
+            "unit-unknown": FIGURES[name].unit in OF_LENGTH and not metric,
+            "error-unknown": math.isnan(error),
             "another-part": not same_part(*own),
             "poses-doubtful": doubtful,
         }
         reason = next((code for code, holds in reasons.items() if holds), "")
-        error = change.error if reason in ("", "poses-doubtful") else float("nan")
-        differences.append(change._replace(reason=reason, error=error))
+        error = error if reason in ("", "poses-doubtful") else float("nan")
+        differences.append(Change(group, item, part, unit, values, errors, error, reason))
+    return _tested(differences)
+
+
+def _error(
+    rows: Sequence[Measure | None], errors: tuple[float, float], gaits: Sequence[str], between: Between | None
+) -> float:
+    """One standard deviation of the difference of a figure. between: how takes of one lifter that share its errors were
+    filmed; None of others, whose errors are independent."""
+    figures = [figure_of(row, gait) for row, gait in zip(rows, gaits, strict=True) if row]
+    if between is not None and figures[0] is not None and figures == figures[:1] * 2:
+        return difference_sd(figures[0], errors, between)
+    return math.hypot(*errors)
+
+
+def _tested(differences: list[Change]) -> list[Change]:
+    """The same, with those that are told tested against chance all at once."""
     tested = iter(
         differing(np.array([change.chance for change in differences if not change.reason] or [1.0]))
     )

@@ -48,7 +48,7 @@ from ...drawing.page import Cell, answer, box, charts, figure, page, small, tabl
 from ...drawing.palette import GREEN, PURPLE, as_hex
 from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, runner_up
 from .figures import FEWEST, correlation
-from .side import LEAST_S
+from .side import LEAST_S, doubts_of_level
 
 _GRID_HZ = 120.0  # of all comparisons; lags are found between its points
 _STILL = 0.2  # leg lengths a second: when both ankles move slower against the pelvis, the pelvis stands
@@ -373,11 +373,7 @@ def _inner(rows: np.ndarray, begins: Sequence[int], edge: int) -> np.ndarray:
 
 
 def _doubts(run: Take, r: float, second: float) -> list[Notice]:
-    doubts, rectified = [], run.need("rectified")
-    if not rectified.level_ok:
-        doubts.append(notice("run-not-levelled", run=run.name))
-    if rectified.camera == "moving":
-        doubts.append(notice("run-of-moving-camera", run=run.name))
+    doubts = [*doubts_of_level(run, run.name)]
     if r < WEAK:
         doubts.append(notice("imu-weak", r=r))
     elif second > AMBIGUOUS * r:

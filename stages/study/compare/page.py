@@ -89,6 +89,13 @@ def _differences(pair: Pair, spread: dict[str, float]) -> Markup:
         "spread of all (°)",
     ]
     kept = [i for i in range(len(head)) if i < 4 or any(row[i] is not None for row in rows)]
+    shown = table([head[i] for i in kept], [[row[i] for i in kept] for row in rows])
+    return shown + _about_differences(pair, bool(spread)) if rows else Markup("")
+
+
+def _about_differences(pair: Pair, of_several: bool) -> Markup:
+    """What the columns of the table are, and why figures in it are not told. of_several: whether there is a spread."""
+    names = (pair.reference.name, pair.side.name)
     place = "about the same place" if pair.same_place else "different or unknown places"
     about = [f"Difference: {names[1]} minus {names[0]}, of the whole takes."]
     if pair.changes:
@@ -103,15 +110,14 @@ def _differences(pair: Pair, spread: dict[str, float]) -> Markup:
             "Bias, root mean square (RMSE) and r: of the angles moment by moment. Within error: share of frames whose "
             "difference is what the stated standard errors allow in nine of ten."
         ]
-    if spread:
+    if of_several:
         about += ["Spread: standard deviation between all runs, root mean square over the frames."]
     why = [
         f"{_plain(code).capitalize()}: {WHY[code]}"
         for code in WHY
         if any(change.reason == code for change in pair.changes)
     ]
-    shown = table([head[i] for i in kept], [[row[i] for i in kept] for row in rows])
-    return shown + small(" ".join(about)) + bullets(f"{each}." for each in why) if rows else Markup("")
+    return small(" ".join(about)) + bullets(f"{each}." for each in why)
 
 
 def _plain(reason: str) -> str:

@@ -87,11 +87,6 @@ def load_side(folder: Path) -> Side:
             "again with the stage 'angles'.",
         )
     unknown = np.full(len(poses), np.nan)
-    notices = []
-    if not rectified.level_ok:
-        notices.append(notice("run-not-levelled", run=folder.name))
-    if rectified.camera == "moving":
-        notices.append(notice("run-of-moving-camera", run=folder.name))
     return Side(
         name=folder.resolve().name,
         about=_about(run),
@@ -104,8 +99,16 @@ def load_side(folder: Path) -> Side:
         cutoff_hz=run.cutoff_hz,
         sources=run.inputs,
         run=run,
-        notices=tuple(notices),
+        notices=tuple(doubts_of_level(run, folder.name)),
     )
+
+
+def doubts_of_level(run: Take, name: str) -> Iterator[Notice]:
+    """What makes the vertical or the heading of a run by that name unsure."""
+    if not run.need("rectified").level_ok:
+        yield notice("run-not-levelled", run=name)
+    if run.need("rectified").camera == "moving":
+        yield notice("run-of-moving-camera", run=name)
 
 
 def _about(run: Take) -> str:

@@ -49,25 +49,36 @@ def read_truth(
             "option-conflict", f"--clip chooses from an .npz file of several clips; {path} is not one."
         )
     with naming(path):
-        if kind in (".trc", ".c3d"):
-            poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
-        elif kind == ".bvh":
-            with readable(path, "a BVH file"):
-                text = path.read_text(encoding="utf-8", errors="replace")
-            motion = read_motion(text, unit)
-            joints = z_up(motion.joints, up or "y")
-            poses = _poses(joints, (motion.first + np.arange(len(joints))) / (fps or motion.fps))
-        elif kind == ".npz" and "clip_start" in keys(path):
-            _refuse(up, unit, fps, "a file of several clips is in metres with +Z up and says its frame rate")
-            poses = _clip(path, clip)
-        elif kind == ".npz":
-            if clip is not None:
-                raise InputError(
-                    "option-conflict", "--clip chooses from a file of several clips; this holds one."
-                )
-            poses = _of_markers(read_joints(path, fps), up, unit, None)
-        else:
-            poses = _adapted(path, up, unit, fps)
+        poses = _read(path, kind, clip, up, unit, fps)
+    _check_person(poses, path, unit)
+    return poses
+
+
+def _read(
+    path: Path, kind: str, clip: str | None, up: Up | None, unit: str | None, fps: float | None
+) -> PoseSequence:
+    if kind in (".trc", ".c3d"):
+        return _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
+    if kind == ".bvh":
+        with readable(path, "a BVH file"):
+            text = path.read_text(encoding="utf-8", errors="replace")
+        motion = read_motion(text, unit)
+        joints = z_up(motion.joints, up or "y")
+        return _poses(joints, (motion.first + np.arange(len(joints))) / (fps or motion.fps))
+    if kind == ".npz" and "clip_start" in keys(path):
+        _refuse(up, unit, fps, "a file of several clips is in metres with +Z up and says its frame rate")
+        return _clip(path, clip)
+    if kind == ".npz":
+        if clip is not None:
+            raise InputError(
+                "option-conflict", "--clip chooses from a file of several clips; this holds one."
+            )
+        return _of_markers(read_joints(path, fps), up, unit, None)
+    return _adapted(path, up, unit, fps)
+
+
+def _check_person(poses: PoseSequence, path: Path, unit: str | None) -> None:
+    """InputError where they do not stand upright, or are of no person's size."""
     share = upright_share(poses.joints)
     if np.isnan(share):
         raise InputError(
@@ -87,7 +98,6 @@ def read_truth(
             f"{path}: expected a person's limbs, got those of a stature of {stature_m:.3g} m if lengths are in "
             f"{unit or 'the unit that it says'}; give its unit with --unit.",
         )
-    return poses
 
 
 def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
