@@ -22,11 +22,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from ..core.errors import InputError, readable
 from ..core.intrinsics import Intrinsics
 from ..plugins.options import did_you_mean
-from .number_yaml import number_yaml
 
 _LARGEST = 1 << 20  # bytes; a camera takes some hundred
 _SKEW = 0.01  # of the focal length; what calibrations that fit it find, and OpenCV's models leave out
@@ -113,7 +113,27 @@ def _parsed(text: str) -> Any:
     first = next(lines, "").lstrip()
     if first.startswith("{"):
         return json.loads(text)
-    return tomllib.loads(text) if re.match(r"\[|[\w.\"'-]+[ \t]*=", first) else number_yaml(text)
+    return tomllib.loads(text) if re.match(r"\[|[\w.\"'-]+[ \t]*=", first) else _of_yaml(text)
+
+
+def _of_yaml(text: str) -> Any:
+    """The first document as text, lists and mappings, whatever its tags say. OpenCV's own parser ends the process on
+    deeply nested text and does not read what PyYAML writes; it begins its files with a directive that YAML writes
+    otherwise."""
+    text = text.replace("%YAML:", "%YAML ", 1)
+    loader = getattr(
+        yaml, "CBaseLoader", yaml.BaseLoader
+    )  # in C, ten times as fast, where PyYAML was built with it
+    try:
+        # By aliases a short text could stand for one without end.
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, loader)):
+            raise ValueError("it has an alias")
+        tree = next(yaml.load_all(text, loader), None)
+    except yaml.YAMLError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+    if isinstance(tree, str | list):
+        raise ValueError("it has no entries by name")
+    return tree
 
 
 def _in_tree(tree: Any, name: str = "") -> Iterator[tuple[str, Camera]]:
@@ -147,6 +167,7 @@ def _intrinsics(camera: Camera, name: str, source: str) -> Intrinsics:
             f"{', '.join(_FISHEYE_MODELS)}, got {model!r}.",
         )
     marked = _first(camera, _FISHEYE) or 0
+    marked = {"true": 1, "false": 0}.get(str(marked).lower(), marked)
     return Intrinsics(
         focal_px=(fx, fy),
         principal_point_px=(cx, cy),
