@@ -38,10 +38,10 @@ _OFTEN = 0.2  # of the rows; somebody who swings evenly is midway in fewer
 _TOGETHER = 10  # rows in which two joints stay at one point
 # By how much less bones vary in length where two joints are in each other's place. Two of one name: of 300 sound takes
 # of the test bed none has shorter bones then that vary less at all; with two exchanged 74 to 99 % have (hips 39 %), of
-# lifts all. Any two, whose bones have to be so many times shorter too: two of the 300; half to nine in ten.
+# lifts all. Any two, whose bones have to be so many times shorter too: one of the 300; half to nine in ten.
 _STEADIER, _ANY_STEADIER, _ANY_SHORTER = 1.1, 1.5, 1.2
 _UPRIGHT = (
-    0.85  # cosine of the trunk in the image, of which this is said: of who crawls forearms are seen end-on
+    0.95  # cosine of the trunk in the image, from which on the latter is said: who crawls has forearms end-on
 )
 _SAME = 0.01  # of a trunk: between a limb and the other side's, in nine rows of ten; lifts have 0.09 and more
 _MOVES = 0.05  # of a trunk, that both move at least
