@@ -13,7 +13,7 @@ import numpy as np
 
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.lab.evaluation.real_rectified import real_poses
-from pcnet3d.models.lab.evaluation.sets import Question
+from pcnet3d.models.lab.evaluation.runs import Question
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from pcnet3d.pipeline.inspect.image import draw_bones

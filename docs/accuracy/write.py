@@ -24,7 +24,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from pcnet3d.models.lab.errors.report import as_json
+from pcnet3d.models.lab.evaluation.errors import as_json
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.errors import InputError

@@ -24,7 +24,7 @@ from .votes import USUAL_SPREAD, pool
 HEADING_S = 0.07
 HEADING_SHARE = 0.83  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
 # Mean error of a smoothed heading where the lifter states the usual spread, and how it grows with that
-# (models/lab/errors/report.py).
+# (models/lab/evaluation/errors.py).
 STATED_HEADING_DEG, HEADING_POWER = 3.45, 2
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)

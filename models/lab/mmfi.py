@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import typer
+from typer import Argument, Option
 
 from ...pipeline.core.device import AUTO, CPU, computing_on
 from ...pipeline.core.errors import InputError
@@ -24,8 +24,9 @@ from ..common.metrics import plain
 from ..rectifier.geometric import Geometric
 from ..rectifier.onnx import PCNetRectifier
 from .common.toml_config import as_toml, checked
-from .evaluation.rectifiers import Judged, Take, clean_takes, compare, judge, together
-from .evaluation.tables import Page, Table, written
+from .evaluation.people import OfTake
+from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
+from .evaluation.tables import written
 from .mocap.clips import Parts
 from .mocap.convert import read_folder
 from .mocap.files import write_mocap
@@ -40,50 +41,30 @@ _CHUNK = 1024
 _VALIDATED = 10  # every so many of those to train on choose the best weights; the toolbox has no such part
 
 
-_PAGE = Page(
-    "MM-Fi",
-    "Protocols of the data set's toolbox, activities {activities}, targets {targets}, the paper's views; "
-    "{steps:,} steps of {batch:,} poses. Rotation is p50 / mean / p95, the others are means. MPJPE and PA-MPJPE are "
-    "of the pose with what the residual head adds, turned only is without; the scale is fitted frame by frame, or as "
-    "it comes, as in the paper. The last column is what the paper's published code calls degrees.",
-    [
-        Table(
-            "",
-            "rows/*",
-            [],
-            {
-                "trained on": "{trained}", "tested on": "{tested}", "frames": "{frames:,}",
-                "of people trained on": "{known people:.0%}", "rotation, deg": "{rotation}",
-                "MPJPE, mm": "{mpjpe.mean:.1f}", "as it comes, mm": "{unscaled.mean:.1f}",
-                "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}",
-                "MPJPE turned only, mm": "{turned only.mean:.1f}", "Frobenius 'deg'": "{frobenius.mean:.1f}",
-            },
-        )
-    ],
-)  # fmt: skip
+_ABOUT = (
+    "Protocols of the data set's toolbox, the paper's views. Rotation in degrees, MPJPE and PA-MPJPE in mm of the "
+    "pose with what the residual head adds, turned only: without; the scale is fitted frame by frame, or as it comes "
+    "(unscaled), as in the paper. frobenius: what the paper's published code calls degrees. known people: the share "
+    "of tested frames of people trained on."
+)
 
 
 def mmfi(
-    tree: Annotated[Path, typer.Argument(help="The data set's folder, with E01 to E04 in it.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for networks and table.")],
-    steps: Annotated[int | None, typer.Option(min=1, help="Training steps, instead of the config's.")] = None,
-    protocols: Annotated[
-        list[str], typer.Option("--protocol", help="S1, S2 or S3, trained and tested; repeatable.")
-    ] = ["S2", "S3"],  # noqa: B006 (typer copies it)
-    activities: Annotated[Activities, typer.Option(help="Daily, rehabilitation or all actions.")] = "P3",
-    config: Annotated[
-        Path | None, typer.Option(help="Training config instead of models/lab/training/rectifier/mmfi.toml.")
-    ] = None,
-    device: Annotated[
-        str, typer.Option(help="Where to train: auto (a GPU where there is one), cpu or cuda.")
-    ] = "auto",
-    threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 4,
+    tree: Annotated[Path, Argument(help="The data set's folder, with E01 to E04 in it.")],
+    output: Annotated[Path, Option("-o", "--output", help="Folder for networks and table.")],
+    steps: Annotated[int | None, Option(min=1, help="Training steps, instead of the config's.")] = None,
+    protocols: Annotated[list[str], Option("--protocol", help="S1, S2 or S3; repeatable.")] = ["S2", "S3"],  # noqa: B006 (typer copies it)
+    activities: Annotated[Activities, Option(help="Daily, rehabilitation or all actions.")] = "P3",
+    config: Annotated[Path | None, Option(help="Training config, instead of mmfi.toml.")] = None,
+    device: Annotated[str, Option(help="Where to train: auto, cpu or cuda.")] = "auto",
+    threads: Annotated[int, Option(min=1, help="CPU threads.")] = 4,
 ) -> None:
     """Train on MM-Fi by its protocols and print the paper's table."""
     with needed_for("Training"):
         import torch
 
-        from .training.rectifier.train import TrainConfig, train
+        from .common.training import device_of
+        from .training.rectifier.train import TrainConfig, step_s, train
     torch.set_num_threads(threads)
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
@@ -102,6 +83,13 @@ def mmfi(
         write_json(listed, split)
         paths = {"data": output / "clips.npz", "split": listed}
         runs[name] = checked({**content, **paths}, TrainConfig, str(source))
+    one = next(iter(runs.values()))
+    hours = len(runs) * one.schedule.steps * step_s(one, device_of(device)) / 3600
+    print(
+        f"{len(runs)} trainings of {one.schedule.steps:,} steps, about {hours:.2g} h on {device}; stopped, the same "
+        "command goes on",
+        flush=True,
+    )
     for name, run in runs.items():
         counts = [f"{len(names)} {part}" for part, names in splits[name].items() if part != "by"]
         print(f"{name}: {', '.join(counts)} clips")
@@ -109,11 +97,9 @@ def mmfi(
     # What onnxruntime can use is not what torch can; the exported networks are judged where it offers.
     with computing_on(CPU if device == CPU else AUTO) as where:
         rows = table(runs, output)
-    run = next(iter(runs.values()))
-    results = {
-        "rows": rows, "activities": activities, "targets": run.targets, "steps": run.schedule.steps, "batch": run.batch
-    }  # fmt: skip
-    text = written(results, _PAGE)
+    said = {"targets": one.targets, "steps": one.schedule.steps, "batch": one.batch}
+    results = {"activities": activities, **said, "rows": rows}
+    text = written(results, "MM-Fi", _ABOUT)
     write_json(output / "mmfi.json", plain({"rows": rows, "device": where.summary()}))
     write_text(output / "mmfi.md", text)
     print(text)
@@ -142,28 +128,27 @@ def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[s
     return split
 
 
-def table(runs: dict[str, TrainConfig], output: Path) -> list[dict[str, Any]]:
-    """A row for every test part and every network, GEOMETRIC first: Judged.row's figures of the exported network, the
-    poses with what its residual head adds, and the share of the tested frames whose people it was trained on."""
+def table(runs: dict[str, TrainConfig], output: Path) -> dict[str, dict[str, dict[str, Any]]]:
+    """{tested on: {trained on: figures}}, GEOMETRIC first: figures (rectifiers.row) of the exported network, the poses
+    with what its residual head adds, and the share of the tested frames whose people it was trained on."""
     from .training.rectifier.train import best_of, parts_of
 
     parts = {name: parts_of(run) for name, run in runs.items()}
-    rows = []
+    rows: dict[str, dict[str, dict[str, Any]]] = {}
     for tested, run in runs.items():
         takes = clean_takes(parts[tested].clips["test"], "paper", targets=run.targets)
-        every = np.ones(sum(len(take.R) for take in takes), dtype=bool)
-        baseline = judge(Geometric(), takes).row(every)
-        rows.append({"trained": "geometric", "tested": tested, "turned only": baseline["mpjpe"], **baseline})
+        baseline = row(judge(Geometric(), takes))
+        rows[tested] = {"geometric": {**baseline, "turned only": baseline["mpjpe"]}}
         for trained, other in runs.items():
-            row = judge(PCNetRectifier(output / trained / "pcnet.onnx"), takes).row(every)
+            turned = row(judge(PCNetRectifier(output / trained / "pcnet.onnx"), takes))
             net = best_of(other, output / trained)
-            whole = together([judge_net(net, take, other.symmetric) for take in takes]).row(every)
-            row |= {
-                "turned only": row["mpjpe"],
+            whole = row([part for take in takes for part in judge_net(net, take, other.symmetric)])
+            rows[tested][trained] = {
+                **turned,
                 **{name: whole[name] for name in ("mpjpe", "unscaled", "pa_mpjpe")},
+                "turned only": turned["mpjpe"],
+                "known people": known_share(parts[trained], parts[tested].clips["test"]),
             }
-            known = known_share(parts[trained], parts[tested].clips["test"])
-            rows.append({"trained": trained, "tested": tested, "known people": known, **row})
     return rows
 
 
@@ -173,7 +158,7 @@ def known_share(parts: Parts, test: Sequence[Clip]) -> float:
     return sum(len(clip) for clip in test if clip.subject in people) / sum(map(len, test))
 
 
-def judge_net(net: PCNet, take: Take, symmetric: bool) -> Judged:
+def judge_net(net: PCNet, take: Take, symmetric: bool) -> list[OfTake]:
     """Like rectifiers.judge, but of what the residual head made of the pose as well, which the exported network does
     not tell: the corrected pose, in the camera's axes, is canonicalised with the deployed rotation."""
     import torch
@@ -191,4 +176,4 @@ def judge_net(net: PCNet, take: Take, symmetric: bool) -> Judged:
             answer = net(joints, valid)
             pose = turned(answer.R, answer.canonical).double().numpy()
         parts.append(compare(part, R, error_deg, rotate(transpose(R), pose)))
-    return together(parts)
+    return parts

@@ -37,7 +37,7 @@ def public(path: Path) -> Iterator[ast.FunctionDef | ast.ClassDef]:
 def functions(path: Path) -> Iterator[tuple[ast.FunctionDef, str]]:
     """With their docstrings; those of the command line talk to users of programs, and are left out."""
     for node in public(path):
-        if isinstance(node, ast.FunctionDef) and "typer." not in ast.unparse(node.args):
+        if isinstance(node, ast.FunctionDef) and "Option(" not in ast.unparse(node.args):
             yield node, ast.get_docstring(node) or ""
 
 

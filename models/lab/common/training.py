@@ -37,7 +37,7 @@ from pydantic import (
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError, readable
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
 
@@ -73,11 +73,13 @@ class Schedule(BaseModel):
 
 
 class Training(BaseModel):
-    """What every training is told. start: weights to begin with. data, split: a file of `pcnet3d lab mocap` and one of
-    its train and val subjects (mocap/clips.py), instead of the motion capture that the shipped networks saw."""
+    """What every training is told. kind: what `pcnet3d lab train` trains with the file. subjects: who is learned from.
+    start: weights to begin with. data, split: a file of `pcnet3d lab mocap` and one of its train and val subjects
+    (mocap/clips.py), instead of the motion capture that the shipped networks saw."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    subjects: str
+    kind: str
+    subjects: Literal["train"] = "train"
     data: Path | None = None
     split: Path | None = None
     start: Path | None = None
@@ -91,11 +93,12 @@ class Training(BaseModel):
             raise InputError(
                 "needs-input", "expected `data` and `split` together: clips, and which of them to train on"
             )
-        if self.data is not None and self.subjects != "train":
-            raise InputError(
-                "bad-value", 'with `data`, expected subjects = "train"; the split says who that is'
-            )
         return self
+
+    @property
+    def trained_on(self) -> str:
+        """Whom the network learns from, as its file says it."""
+        return f"{self.data.name}, {self.split.name}" if self.data and self.split else self.subjects
 
 
 @dataclass
@@ -249,22 +252,42 @@ def optimisers_of(
     return [muon, adamw]
 
 
+def begun(
+    net: nn.Module,
+    matrices: Iterable[nn.Parameter],
+    config: Training,
+    text: str,
+    learns_from: str,
+    output: Path,
+) -> State:
+    """The state with which a run into `output` goes on, or begins, whose config comes from this text. matrices: of the
+    net, those that Muon is for. learns_from: as State's. InputError as of State.load."""
+    state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
+    device = next(net.parameters()).device
+    output.mkdir(parents=True, exist_ok=True)
+    state.load(output, config, device)
+    write_text(output / f"{config.kind}.toml", text)
+    parameters = sum(p.numel() for p in net.parameters())
+    print(f"{parameters:,} parameters, {device}, from step {state.step}", flush=True)
+    return state
+
+
 def fit(
     state: State,
-    config: Any,
+    config: Training,
     loss_of: Callable[[int], Tensor],
     look: Callable[[nn.Module], dict[str, float]],
     output: Path,
     minutes: float | None = None,
 ) -> bool:
     """The loop: from state.step + 1 to config.schedule.steps, or until so many minutes have passed; True when it is
-    done. config: a model with `seed` and `schedule`. loss_of(step): of state.net, the same for the same step.
+    done. loss_of(step): of state.net, the same for the same step.
     look(average): figures of the validation; the lower its "score", the better.
 
     InputError when a loss, gradient or figure is no number any more, or the device has no memory left; the last good
     checkpoint stays.
     """
-    schedule: Schedule = config.schedule
+    schedule = config.schedule
     start, losses, unseen = time.perf_counter(), [], []
     with open(output / "log.jsonl", "a", encoding="utf-8") as log, counted("train", schedule.steps) as tell:
         while state.step < schedule.steps:

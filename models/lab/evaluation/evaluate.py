@@ -3,7 +3,7 @@
 The one runner of all reports: it opens the networks, refuses looks at test people without a reason, asks the report,
 and writes a page and the same figures as JSON. People are those that networks are chosen by, unless `--sets test` asks
 for those that figures are published of. A report is a module with `tables`, which answers a Question with nested
-figures, and `PAGE`, what the page says of them; REPORTS has a row for each.
+figures, and `ABOUT`, what the page says of them; REPORTS has a row for each.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
@@ -28,7 +28,7 @@ from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..synthetic.views import Targets
-from .sets import Question, Sets
+from .runs import Question, Sets
 from .tables import written
 from .testbed import Bed
 
@@ -61,7 +61,7 @@ REPORTS = {
     "verdicts": Report(".verdicts", _VIRTUAL),
     "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}),
     "errors": Report(
-        "..errors.report",
+        ".errors",
         ("lifter", "seed", "sets", "because", "part", "fit", "answers", "errors"),
         file="stated_errors",
     ),
@@ -71,62 +71,22 @@ REPORTS = {
 
 
 def evaluate(
-    report: Annotated[str, typer.Argument(help=f"What to test: {', '.join(REPORTS)}.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")],
-    lifter: Annotated[str | None, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = None,
-    rectifier: Annotated[
-        list[str] | None, typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
-    ] = None,
-    sets: Annotated[
-        Sets | None,
-        typer.Option(
-            help="People to test on: validation people (val), or test people, which need --because."
-        ),
-    ] = None,
-    because: Annotated[
-        str | None,
-        typer.Option(
-            help="Reason for a look at test people; it is added to docs/accuracy/ledger.csv, or to DIR."
-        ),
-    ] = None,
-    bed: Annotated[
-        Bed | None,
-        typer.Option(
-            help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film)."
-        ),
-    ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Random seed.")] = None,
-    seeds: Annotated[
-        int | None, typer.Option(min=1, help="repetitions: number of cameras for each take.")
-    ] = None,
-    part: Annotated[
-        list[str] | None,
-        typer.Option(help='errors: only this configuration, such as "typical"; repeatable.'),
-    ] = None,
-    fit: Annotated[
-        bool | None, typer.Option("--fit", help="errors: also fit angle errors to DIR/joint_noise.json.")
-    ] = None,
-    answers: Annotated[
-        Path | None,
-        typer.Option(
-            help="errors: test the poses in this folder, by another lifter from testbed --keypoints."
-        ),
-    ] = None,
-    errors: Annotated[
-        Path | None, typer.Option(help="errors: test the angle errors in this file, as --fit writes it.")
-    ] = None,
-    data: Annotated[
-        Path | None,
-        typer.Option(help="rectifiers: your own motion capture, a file of lab mocap, clean poses only."),
-    ] = None,
-    split: Annotated[
-        Path | None,
-        typer.Option(help="rectifiers: JSON file whose `test` lists the people of --data to test."),
-    ] = None,
-    targets: Annotated[
-        Targets | None,
-        typer.Option(help="rectifiers: true axes of --data, gravity and heading (body), or its own."),
-    ] = None,
+    report: Annotated[str, Argument(help=f"What to test: {', '.join(REPORTS)}.")],
+    output: Annotated[Path, Option("-o", "--output", help="Folder for the report, .md and .json.")],
+    lifter: Annotated[str | None, Option(help="pcnet3d (built-in), or an .onnx file.")] = None,
+    rectifier: Annotated[list[str] | None, Option(help="A name or an .onnx file; repeatable.")] = None,
+    sets: Annotated[Sets | None, Option(help="Validation people, or others, with --because.")] = None,
+    because: Annotated[str | None, Option(help="Why test people are looked at; goes to the ledger.")] = None,
+    bed: Annotated[Bed | None, Option(help="Cameras: from everywhere, or as people film.")] = None,
+    seed: Annotated[int | None, Option(min=0, help="Random seed.")] = None,
+    seeds: Annotated[int | None, Option(min=1, help="repetitions: cameras for each take.")] = None,
+    part: Annotated[list[str] | None, Option(help="errors: a configuration alone; repeatable.")] = None,
+    fit: Annotated[bool | None, Option("--fit", help="errors: fit them to DIR/joint_noise.json.")] = None,
+    answers: Annotated[Path | None, Option(help="errors: another lifter's, to testbed --keypoints.")] = None,
+    errors: Annotated[Path | None, Option(help="errors: of angles, as --fit writes them.")] = None,
+    data: Annotated[Path | None, Option(help="rectifiers: a file of lab mocap, clean poses only.")] = None,
+    split: Annotated[Path | None, Option(help="rectifiers: JSON that lists --data's `test`.")] = None,
+    targets: Annotated[Targets | None, Option(help="rectifiers: truth by gravity, or data's axes.")] = None,
     device: OnDevice = "auto",
 ) -> None:
     """Test lifters, rectifiers and later stages where the truth is known."""
@@ -160,7 +120,7 @@ def evaluate(
     output.mkdir(parents=True, exist_ok=True)
     if reason:
         note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", results["networks"], reason)
-    text = written(results, module.PAGE)
+    text = written(results, report, module.ABOUT)
     write_text(output / f"{of.file}.md", text)
     write_json(output / f"{of.file}.json", plain(results))
     print(text)
@@ -183,7 +143,7 @@ def _asked(report: str, given: dict[str, Any]) -> dict[str, Any]:
     if (asked.get("sets", "val") != "val") != bool(asked.get("because", "").strip()):
         raise InputError(
             "needs-input",
-            "Test subjects are looked at rarely: give --because REASON with --sets test or tennis, with these only.",
+            "Test subjects are looked at rarely: give --because REASON with --sets test, cmu or tennis, and only then.",
         )
     return asked
 

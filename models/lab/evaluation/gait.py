@@ -8,7 +8,7 @@ focal length known, and lifted anew, with the usual one assumed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
+from ....pipeline.core.frames import scaled_covariance
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
@@ -37,11 +38,8 @@ from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, tim
 from ...gravity import Seen, level_static, why_not
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
-from .acceleration import filtered
-from .sets import Question
-from .tables import Page, Table
-from .take_answers import joints_of
-from .testbed import LiftedTake, SeenTake
+from .runs import Question
+from .testbed import LiftedTake, SeenTake, filtered, joints_of
 
 FIGURES = (
     "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
@@ -49,99 +47,74 @@ FIGURES = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Mean:
-    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. scatter:
-    standard deviation of these values. gait: what was found, "walking" or "running". leg: length of a leg in metres.
-    style: gait.errors.style_of what was found. root_sd, share: stated of the pelvis path, in metres, and of all strides
-    alike (gait.errors.path_error)."""
-
-    found: float
-    true: float
-    count: int
-    scatter: float
-    gait: str
-    leg: float
-    style: dict[str, float]
-    root_sd: float = 0.0
-    share: float = 0.0
-
-    @property
-    def size(self) -> float:
-        """What an error is a share of."""
-        return self.true
-
-    def sd(self, name: str) -> float:
-        """The stated standard deviation, in the figure's unit."""
-        own = shipped_errors().mean(
-            self.gait, name, self.count, self.root_sd / self.leg, self.style, self.scatter
-        )
-        return float(np.hypot(self.leg * own, self.share * self.found)) if name in OF_LENGTH else own
+SIDES_APART = ", right less left"  # behind the name of a figure
 
 
 @dataclass(frozen=True)
-class Difference:
-    """A take's mean of one figure over the right side's steps less that over the left's, found and true; lengths in
-    metres. size: mean of both sides in truth, so that an error's share of it is that of the symmetry index. counts:
-    values that were found of right and left. gait, leg: as Mean's. depth: gait.errors.depth_of_steps."""
+class Judged:
+    """A take's mean of one figure, found and true, or that of the right side's steps less the left's; lengths in
+    metres. size: what an error is a share of: the true mean, of both sides. counts: values that were found, of right
+    and left apart for a difference. gait: what was found, "walking" or "running". leg: length of a leg in metres.
+
+    Of a mean: scatter, the standard deviation of these values; style, gait.errors.style_of what was found; root_sd and
+    share, stated of the pelvis path, in metres, and of all strides alike (gait.errors.path_error). Of a difference:
+    depth, gait.errors.depth_of_steps."""
 
     found: float
     true: float
     size: float
-    counts: tuple[int, int]
+    counts: tuple[int, ...]
     gait: str
     leg: float
-    depth: float
+    scatter: float = np.nan
+    style: Mapping[str, float] = field(default_factory=dict)
+    root_sd: float = 0.0
+    share: float = 0.0
+    depth: float = np.nan
 
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
-        own = shipped_errors().difference(self.gait, name, *self.counts, self.depth)
-        return self.leg * own if name in OF_LENGTH else own
+        errors = shipped_errors()
+        count, *of_other_side = self.counts
+        if of_other_side:
+            own = errors.difference(self.gait, name, count, of_other_side[0], self.depth)
+        else:
+            own = errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, self.scatter)
+        return float(np.hypot(self.leg * own, self.share * self.found)) if name in OF_LENGTH else own
 
 
-def _both(values: Values, name: str) -> np.ndarray:
-    return np.concatenate([values[name][side] for side in SIDES])
-
-
-def means_of(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
-    """{figure: Mean} of those of FIGURES that were found and are true. path_errors: Mean.root_sd and share."""
-    result = {}
-    style = style_of(found)
+def figures_of(
+    found: Values, true: Values, gait: str, leg: float, depth: float, *path_errors: float
+) -> dict[str, Judged]:
+    """{figure: Judged} of those of FIGURES that were found and are true; and of those that both sides have enough
+    values of, the difference of the sides. path_errors: Judged.root_sd and share."""
+    result, style = {}, style_of(found)
     for name in FIGURES:
-        a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
+        sides = [of[name][side][np.isfinite(of[name][side])] for of in (found, true) for side in SIDES]
+        a, b = np.concatenate(sides[:2]), np.concatenate(sides[2:])
         if len(a) and len(b):
-            result[name] = Mean(
-                float(a.mean()), float(b.mean()), len(a), scatter(a), gait, leg, style, *path_errors
-            )
-    return result
-
-
-def differences_of(found: Values, true: Values, gait: str, leg: float, depth: float) -> dict[str, Difference]:
-    """{figure: Difference} of those that both sides have enough values of, found and true."""
-    result = {}
-    for name in OF_SIDES:
-        sides = [values[name][side] for values in (found, true) for side in SIDES]
-        sides = [values[np.isfinite(values)] for values in sides]
-        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
+            mean, of = float(b.mean()), (len(a),)
+            result[name] = Judged(float(a.mean()), mean, mean, of, gait, leg, scatter(a), style, *path_errors)
+        if name in OF_SIDES and min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left, true_right, true_left = (float(values.mean()) for values in sides)
-            size, counts = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
-            result[name] = Difference(right - left, true_right - true_left, size, counts, gait, leg, depth)
+            size, of = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
+            off = right - left, true_right - true_left
+            result[name + SIDES_APART] = Judged(*off, size, of, gait, leg, depth=depth)
     return result
 
 
-def figure_of(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
+def figure_of(name: str, means: Sequence[Judged]) -> dict[str, Any]:
     """Of many takes: how many, the median truth and error, the size of errors and the share within the stated ones."""
     size = np.array([mean.size for mean in means])
     error = np.array([mean.found - mean.true for mean in means])
-    true = np.array([mean.true for mean in means])
-    inside = np.array([abs(mean.found - mean.true) <= SD_90 * mean.sd(name) for mean in means])
+    sd = np.array([mean.sd(name) for mean in means])
     return {
         "takes": len(means),
-        "true": float(np.median(true)),
+        "true": float(np.median([mean.true for mean in means])),
         "bias": float(np.median(error)),
         "error": Figure.of(np.abs(error)),
         "error_percent": Figure.of(100 * np.abs(error / size)),
-        "inside": float(inside.mean()),
+        "inside": float((np.abs(error) <= SD_90 * sd).mean()),
     }
 
 
@@ -149,56 +122,24 @@ TRUE, KNOWN, ASSUMED = "true path", "focal known", "focal assumed"
 PATHS = (TRUE, KNOWN, ASSUMED)
 _UNEVEN = 2.5  # captured validation walks and runs come to 2.4, one of skips to 2.7, a man who hops to 3.4
 _SAME_S = 0.25  # an event that is found farther off is another one
-PAGE = Page(
-    "Gait",
-    ", rectifier {rectifier}; one camera a take. Errors are p50 / mean / p95 of their size: events over events, "
-    "figures over takes (of a take's mean, of the steps that both have). Inside: takes whose true mean lies within "
-    "1.645 stated standard deviations. False steps: found in takes without a walk.",
-    [
-        Table("Takes", "sets/*", ["set"], {"false steps": "{false steps}"}),
-        Table(
-            "",
-            "sets/*/*",
-            ["set", "gait"],
-            {
-                "takes": "{takes}", "steps found": "{steps[0]}", "true": "{steps[1]}",
-            },
-            where=lambda row: "steps" in row,
-        ),
-        Table(
-            "Events",
-            "sets/*/*/events/*",
-            ["set", "gait", "event"],
-            {
-                "precision": "{precision:.2f}", "recall": "{recall:.2f}", "bias, ms": "{bias_ms:.0f}",
-                "error, ms": "{error_ms:.0f}",
-            },
-        ),
-        Table(
-            "Figures",
-            "sets/*/*/figures/*",
-            ["set", "gait", "figure"],
-            {
-                "takes": "{takes}", "true": "{true:.3f}", "bias": "{bias:.3f}", "error": "{error:.3f}",
-                "error, %": "{error_percent:.1f}", "inside": "{inside:.0%}",
-            },
-        ),
-    ],
-)  # fmt: skip
+ABOUT = (
+    "One camera a take. Errors are p50 / mean / p95 of their size: events over events, figures over takes (of a "
+    "take's mean, of the steps that both have). steps: found, true. inside: takes whose true mean lies within 1.645 "
+    "stated standard deviations. false steps: found in takes without a walk."
+)
 
 
 @dataclass(frozen=True, eq=False)
 class JudgedGait:
     """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). events:
-    {"initial contact", "toe-off": (errors in s (K,), found, true)}. means: {path: {figure: Mean}} of the steps and
-    strides that both have; differences: {path: {figure: Difference}} of their sides."""
+    {"initial contact", "toe-off": (errors in s (K,), found, true)}. figures: {path: {figure: Judged}} of the steps and
+    strides that both have."""
 
     person: str
     kind: str
     steps: tuple[int, int]
     events: dict[str, tuple[np.ndarray, int, int]]
-    means: dict[str, dict[str, Mean]] = field(default_factory=dict)
-    differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
+    figures: dict[str, dict[str, Judged]] = field(default_factory=dict)
 
 
 def tables(question: Question) -> dict[str, Any]:
@@ -221,14 +162,13 @@ def judge_both(question: Question, take: LiftedTake) -> JudgedGait | None:
     assumed one beside."""
     (rectifier,) = question.rectifiers
     known = judge(rectifier, take, KNOWN)
-    if known is None or not known.means:
+    if known is None or not known.figures:
         return known
     again = question.lift_seen(take.seen, _camera_of(take.seen, ASSUMED).focal_px)
     guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
     if guessed is None:
         return known
-    differences = {**guessed.differences, **known.differences}
-    return replace(known, means={**guessed.means, **known.means}, differences=differences)
+    return replace(known, figures={**guessed.figures, **known.figures})
 
 
 def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> JudgedGait | None:
@@ -246,7 +186,6 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> J
     facing = facing_deg(level.R_camera_from_level.T @ level.R_camera_from_body)
     found = find_gait(body, time_s, facing_deg=facing)
 
-    world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
     true_smooth, true = filtered(seen.truth, time_s), true_gait(seen)
     events = {"initial contact": _events(found, true, "start_s"), "toe-off": _events(found, true, "stop_s")}
     steps = (len(found.steps), len(true.steps))
@@ -256,15 +195,14 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> J
         return judged
     R_level_from_camera = level.R_camera_from_level.T
     true_places = rotate(seen.R_camera_from_world.T, true_smooth)
-    true_values = step_values(same[1], world[:, 0], true_places, time_s)
+    true_values = step_values(same[1], seen.world[:, H36M17.index("pelvis")], true_places, time_s)
 
     depth = depth_of_steps(level.R_camera_from_body, time_s, same[0].walks)
 
     def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
         values = step_values(same[0], root, places, time_s)
-        about = values, true_values, same[0].kind, leg_length(places)
-        judged.means[path] = means_of(*about, *errors)
-        judged.differences[path] = differences_of(*about, depth)
+        about = values, true_values, same[0].kind, leg_length(places), depth
+        judged.figures[path] = figures_of(*about, *errors)
 
     true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
     keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
@@ -273,7 +211,8 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> J
         return judged
     # In metres as `--stature` would bring them there.
     factor = implied_stature(seen.truth) / implied_stature(take.lifted.joints)
-    sized = take.lifted.moved(factor * np.eye(3))
+    covariance = scaled_covariance(take.lifted.covariance, factor)
+    sized = take.lifted.with_(joints=take.lifted.joints * factor, covariance=covariance)
     placed = pelvis_path(sized, seen.keypoints, _camera_of(seen, path))
     if placed is None:
         return judged
@@ -291,7 +230,7 @@ def true_gait(seen: SeenTake) -> Gait:
     """By the captured joints, before a static camera. Skips and hops are no walk: the longest step of a walk takes at
     most _UNEVEN times as long as its shortest."""
     time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
-    spells = true_contact(rotate(R_world_from_camera, seen.joints_camera), time_s)
+    spells = true_contact(seen.world, time_s)
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
     body = rotate(transpose(seen.R_camera_from_body), filtered(seen.truth, time_s))
     facing = facing_deg(R_world_from_camera @ seen.R_camera_from_body)
@@ -373,14 +312,13 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
             "bias_ms": float(1000 * np.median(error)),
             "error_ms": Figure.of(1000 * np.abs(error)),
         }
-    means, differences = [take.means for take in takes], [take.differences for take in takes]
-    for what, names, of_takes in (("", FIGURES, means), (", right less left", OF_SIDES, differences)):
-        for path in PATHS:
-            for name in names:
-                found = [of_paths[path][name] for of_paths in of_takes if name in of_paths.get(path, {})]
-                if found and (path == TRUE or name in OF_LENGTH):
-                    label = f"{name}{what}, {path}" if name in OF_LENGTH else f"{name}{what}"
-                    result["figures"][label] = figure_of(name, found)
+    for path in PATHS:
+        for label in dict.fromkeys(label for take in takes for label in take.figures.get(path, {})):
+            name = label.removesuffix(SIDES_APART)
+            if path == TRUE or name in OF_LENGTH:
+                of = [take.figures[path][label] for take in takes if label in take.figures.get(path, {})]
+                key = f"{label}, {path}" if name in OF_LENGTH else label
+                result["figures"][key] = figure_of(name, of)
     return result
 
 

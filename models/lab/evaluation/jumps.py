@@ -18,16 +18,13 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.reading.mocap import Clip
 from ...common.metrics import SD_90
 from ...place.flights import GRAVITY, Flight, flights
-from .finished import Configuration, finished
-from .sets import EvaluationSet, Question
-from .tables import Page, Table
+from .judge import Case
+from .runs import Configuration, EvaluationSet, Question, finished
 from .testbed import SeenTake
 
 _RULE_FPS = 30.0  # that the rule for captured flights is made for
@@ -43,53 +40,22 @@ _FIGURES = {  # {what is measured: (name of the measure, to the unit of the repo
 HEIGHTS = ("height by flight time, cm", "jump height, cm")
 _SEEN = EvaluationSet("train, seen by the lifter", "train")
 
-PAGE = Page(
-    "Jumps",
-    ". Found before a static camera whose image tells up, against the captured flights. "
-    "Takes that a run refuses: {refused}.",
-    [
-        Table(
-            "Flights",
-            "sets/*/*",
-            ["set", "frames a second"],
-            {
-                "takes": "{takes}", "true": "{true}", "found": "{found}", "other hops": "{hops}",
-                "invented": "{invented}",
-                "feet of take-off and landing right": "{feet:.0%}",
-            },
-        ),
-        Table(
-            "Figures",
-            "sets/*/*/figures/*",
-            ["set", "frames a second", "figure"],
-            {
-                "flights": "{count}", "found less true": "{bias:+.1f}", "half are within": "{p50:.1f}",
-                "nine in ten": "{p90:.1f}", "within the stated 90 %": "{inside:.0%}", "within 4 cm": "{near:.0%}",
-            },
-        ),
-        Table("Invented", "invented/*", ["take, frames a second"], {"seconds of the take": "{value}"}),
-    ],
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Pair:
-    """A figure of a flight, found and true, in the report's unit; half: of its stated 90 % band, NaN without."""
-
-    found: float
-    true: float
-    half: float
+ABOUT = (
+    "Found before a static camera whose image tells up, against the captured flights, by set and frames a second. "
+    "bias: median of found less true; inside: within the stated 90 %; near: within 4 cm; hops: found besides the true"
+    " flights, too short or low for the captured rule; invented: found where the feet do not leave the floor."
+)
 
 
 @dataclass
 class Compared:
-    """Of takes: how many `true` flights there are, which are `found`, on as many `feet`, pairs by figure, how many
-    other `hops` were found, and when those that are `invented`."""
+    """Of a take: how many `true` flights there are, which are `found`, on as many `feet`, every figure of these, how
+    many other `hops` were found, and when those that are `invented`."""
 
     true: int = 0
     found: int = 0
     feet: list[bool] = field(default_factory=list)
-    pairs: dict[str, list[Pair]] = field(default_factory=dict)
+    cases: list[Case] = field(default_factory=list)
     hops: int = 0
     invented: list[float] = field(default_factory=list)
 
@@ -97,17 +63,12 @@ class Compared:
 def true_flights(truth: SeenTake) -> list[Flight]:
     """What the captured path shows, at 30 frames a second; in statures."""
     every = max(round(truth.keypoints.fps / _RULE_FPS), 1)
-    return captured_flights(_world(truth)[::every], truth.keypoints.times[::every])
-
-
-def _world(truth: SeenTake) -> np.ndarray:
-    """(T, 17, 3) upright, the origin at the camera."""
-    return rotate(transpose(truth.R_camera_from_world), truth.joints_camera)
+    return captured_flights(truth.world[::every], truth.keypoints.times[::every])
 
 
 def _off_floor(truth: SeenTake, span: tuple[float, float], stature: float) -> bool:
     """Whether both captured ankles are above their floor in the middle of a span of seconds."""
-    lowest = _world(truth)[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
+    lowest = truth.world[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
     middle = int(np.searchsorted(truth.keypoints.times, sum(span) / 2))
     return bool(lowest[middle] - np.percentile(lowest, 20) > _TOES * stature)
 
@@ -115,7 +76,7 @@ def _off_floor(truth: SeenTake, span: tuple[float, float], stature: float) -> bo
 def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
     """world: (T, 17, 3) in a still world whose z is up."""
     root = world[:, H36M17.index("pelvis")].astype(np.float64)
-    poses = PoseSequence(world - root[:, None], H36M17, LEVEL, time_s=time_s, path=RootPath(root))
+    poses = PoseSequence(world - root[:, None], H36M17, LEVEL, time_s=time_s, root=root)
     return [
         flight for flight in flights(poses) if abs(flight.fall * implied_stature(world) / GRAVITY - 1) < _FREE
     ]
@@ -148,7 +109,8 @@ def compared(take: Take, truth: SeenTake) -> Compared:
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
                 half = SD_90 * factor * (np.nan if one.error is None else one.error)
-                result.pairs.setdefault(words, []).append(Pair(factor * one.value, factor * value, half))
+                found = factor * one.value
+                result.cases.append(Case(words, found, factor * value, half, {"size": found}))
     return result
 
 
@@ -196,13 +158,13 @@ def _flies(clip: Clip) -> bool:
 def _summed(takes: Sequence[Compared]) -> dict[str, Any]:
     figures = {}
     for words in _FIGURES:
-        pairs = [pair for take in takes for pair in take.pairs.get(words, ())]
-        if not pairs:
+        cases = [case for take in takes for case in take.cases if case.statement == words]
+        if not cases:
             continue
-        error = np.array([pair.found - pair.true for pair in pairs])
-        half = np.array([pair.half for pair in pairs])
+        error = np.array([case.found - case.true for case in cases])
+        half = np.array([case.half for case in cases])
         figures[words] = {
-            "count": len(pairs),
+            "count": len(cases),
             "bias": float(np.median(error)),
             "p50": float(np.quantile(np.abs(error), 0.5)),
             "p90": float(np.quantile(np.abs(error), 0.9)),

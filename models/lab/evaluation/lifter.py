@@ -1,124 +1,162 @@
 """How well a lifter does where the truth is known:  pcnet3d lab evaluate lifter -o DIR
 
-Virtual takes of people that it never saw, its focal length known and not.
+Virtual takes of people that it never saw, its focal length known and not; by posture, and by what clinics film most, in
+formulas simple enough to be argued with. A frame may belong to several of these (walking bent low) or to none.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.pose import PoseSequence
-from ...common.metrics import Figure, joint_error, procrustes_error, scaled
-from ...lifter.builtin import lift
+from ....pipeline.core.rotations import angle_deg
+from ...common.canonical import R_world_from_body
+from ...common.metrics import joint_error, procrustes_error, scaled
 from ..mocap.clips import subject_of
-from .motion_class import CLASSES
-from .people import pooled
-from .sets import Question
-from .tables import Page, Table
+from .people import OfTake, figures
+from .runs import Question
 from .testbed import BEDS, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
+CLASSES = ("walking", "squatting", "sitting")
 _ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical")
-PAGE = Page(
-    "Lifter",
-    "; {frames_per_s:,.0f} frames/s. Cells are p50 / mean / p95 over frames, the scale aligned in each; mm of each "
-    "person's own size; by person: the mean over frames, in brackets 90 % of the means over people drawn anew.",
-    [
-        Table(
-            "",
-            "beds/*/*/*/lifter",
-            ["views", "focal length", "set"],
-            {
-                "frames": "{counts[frames]:,}",
-                "not lifted": "{counts[not lifted]:,}",
-                **{name: f"{{frame[{name}]}}" for name in _ERRORS},
-                "MPJPE by person": "{by person[MPJPE][said]}",
-            },
-        )
-    ],
+_HALF_S = 0.25
+_WALK, _RUN = 0.5, 2.0  # m/s of the pelvis; people change from walking to running at about 2
+_LOW = 0.75  # of the leg's length; knees bent by about 80 degrees
+_SEATED_M = 0.1  # the trunk's middle this far behind the ankles: nobody squats like that without falling
+_SEATED_DEG = 45.0  # from the vertical, beyond which a trunk leans back or lies
+_ON_SEAT_S = 0.5  # on it for at least so long, or somebody falls or jumps
+_TO_SEAT_S = 1.0  # sitting down, standing up
+ABOUT = (
+    "p50 / mean / p95 over frames, the scale aligned in each; mm of each person's own size; by person: the mean over "
+    "frames, in brackets 90 % of the means over people drawn anew."
 )
 
 
 def tables(question: Question) -> dict[str, Any]:
-    """{"beds": {bed: {"focal assumed", "focal known": {"SET GROUP": {"lifter": lifter_figures}}}}, "frames_per_s"}, the
+    """{"beds": {bed: {"focal assumed", "focal known": {"SET GROUP": {"lifter": lifter_figures}}}}}, the
     group a posture or a motion that has frames."""
     results = {**replace(question, people=None).heading(), "seed": question.seed, "beds": {}}
     for bed in BEDS:
         before = replace(question, bed=bed)
-        rows: dict[str, dict[str, Any]] = {"focal assumed": {}, "focal known": {}}
-        for focal, table in rows.items():
-            for one in before.sets:
-                takes = list(before.takes(one, focal_known=focal == "focal known"))
-                table |= {f"{one.label} {name}": {"lifter": row} for name, row in groups(takes).items()}
-        results["beds"][bed] = rows
-    results["frames_per_s"] = speed(question.lifter)
+        results["beds"][bed] = {
+            focal: {
+                f"{people.label} {group}": {"lifter": row}
+                for people in before.sets
+                for group, row in groups(list(before.takes(people, focal == "focal known"))).items()
+            }
+            for focal in ("focal assumed", "focal known")
+        }
     return results
 
 
 def groups(takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
-    """{group: lifter_figures} of the groups that have frames."""
-    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *CLASSES)}
-    return {group: row for group, row in rows.items() if row["counts"]["frames"]}
+    """{group: lifter_figures} of the groups that have frames: those that are "upright" or "lying", or upright and of a
+    motion (`motion_classes`)."""
+    errors = [lift_errors(take) for take in takes]
+    postures = [_groups_of(take.seen) for take in takes]
+    parts = {
+        group: [
+            of.where(posture[group])
+            for of, posture in zip(errors, postures, strict=True)
+            if posture[group].any()
+        ]
+        for group in (*_POSTURES, *CLASSES)
+    }
+    return {group: lifter_figures(of) for group, of in parts.items() if of}
 
 
-def in_group(seen: SeenTake, group: str) -> np.ndarray:
-    """(T,) the frames that are "upright" or "lying", or upright and of a motion (motion_class)."""
-    if group == "lying":
-        return seen.lying
-    return ~seen.lying if group == "upright" else ~seen.lying & seen.motion[group]
-
-
-def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[str, Any]]:
-    """Errors over the frames of a group in mm of each person's own size, the lift scaled to the truth in every frame
-    (as for a lifter without a scale; N-MPJPE, Rhodin et al. 2018). depth, lateral, vertical: mean absolute error along
-    the ray to the body, across it and level, and up."""
-    parts: dict[str, list[np.ndarray]] = {}
-    people: list[str] = []
-    for take in takes:
-        use = in_group(take.seen, group)
-        if not use.any():
-            continue
-        people += [subject_of(take.seen.clip)] * int(use.sum())
-        truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
-        fitted = scaled(lifted, truth)
-        errors = {
-            "MPJPE": 1000 * joint_error(fitted, truth),
-            "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
-            **_along(fitted - truth, take),
-        }
-        for name, values in errors.items():
-            parts.setdefault(name, []).append(values[use])
-    of = {name: np.concatenate(values) for name, values in parts.items()}
+def _groups_of(seen: SeenTake) -> dict[str, np.ndarray]:
+    moving = motion_classes(seen.world, seen.keypoints.fps)
     return {
-        "frame": {name: Figure.of(values) for name, values in of.items()},
-        "by person": {name: pooled(values, people) for name, values in of.items() if name.endswith("MPJPE")},
-        "counts": {"frames": len(people), "not lifted": int(np.isnan(of["MPJPE"]).sum()) if of else 0},
+        "lying": seen.lying, "upright": ~seen.lying, **{name: ~seen.lying & of for name, of in moving.items()}
+    }  # fmt: skip
+
+
+def lift_errors(take: LiftedTake) -> OfTake:
+    """Errors of every frame in mm of the person's own size, the lift scaled to the truth in every frame (as for a
+    lifter without a scale; N-MPJPE, Rhodin et al. 2018). depth, lateral, vertical: mean absolute error along the ray to
+    the body, across it and level, and up."""
+    truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
+    fitted = scaled(lifted, truth)
+    errors = {
+        "MPJPE": 1000 * joint_error(fitted, truth),
+        "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
+        **_along(fitted - truth, take.seen),
+    }
+    return OfTake(subject_of(take.seen.clip), errors)
+
+
+def lifter_figures(takes: Sequence[OfTake]) -> dict[str, dict[str, Any]]:
+    """Of `lift_errors`."""
+    of = figures(takes, ("MPJPE", "PA-MPJPE"))
+    frames = np.concatenate([take.values["MPJPE"] for take in takes])
+    return {
+        "by person": of.pop("by person"),
+        "frame": of,
+        "counts": {"frames": len(frames), "not lifted": int(np.isnan(frames).sum())},
     }
 
 
-def speed(lifter: str | Path) -> float:
-    """Frames lifted per second of wall time on this machine, features included."""
-    rng, frames = np.random.default_rng(0), 6000
-    walk = np.cumsum(rng.normal(0, 0.3, (frames, 17, 2)), axis=0) + rng.uniform(300, 700, (17, 2))
-    keypoints = PoseSequence(walk, H36M17, IMAGE)
-    lift(keypoints, (1920, 1080), model=lifter)
-    start = time.perf_counter()
-    lift(keypoints, (1920, 1080), model=lifter)
-    return frames / (time.perf_counter() - start)
-
-
-def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:
+def _along(error: np.ndarray, seen: SeenTake) -> dict[str, np.ndarray]:
     """(T,) mean absolute error in mm along the ray to the body, along up made square to it, and across both."""
-    depth = take.seen.R_camera_from_ray[..., 2]
-    up = take.seen.up - (take.seen.up * depth).sum(-1, keepdims=True) * depth
+    depth = seen.R_camera_from_ray[..., 2]
+    up = seen.up - (seen.up * depth).sum(-1, keepdims=True) * depth
     up /= np.linalg.norm(up, axis=-1, keepdims=True)
     axes = {"depth": depth, "lateral": np.cross(depth, up), "vertical": up}
     return {name: 1000 * np.abs(np.einsum("tji,ti->tj", error, axis)).mean(-1) for name, axis in axes.items()}
+
+
+def motion_classes(joints_world: np.ndarray, fps: float) -> dict[str, np.ndarray]:
+    """{class: (T,) bool} for one take; joints (T, 17, 3) metres, H36M17, in a still world with +Z up.
+
+    walking: the pelvis moves over the floor at 0.5 to 2 m/s, whatever the legs do.
+    squatting: the pelvis is less than 0.75 of the leg's length (thigh and shank) above the lower ankle, and the person
+        is not seated; kneeling counts too.
+    sitting: seated on a chair or the floor, and the second before and after, sitting down and standing up. Seated: for
+        half a second or more the pelvis is as low and moves at less than 0.5 m/s, the trunk is upright, and its middle
+        is more than 10 cm behind the ankles, so that something else bears it.
+    """
+    from scipy.ndimage import binary_opening, maximum_filter1d
+
+    joints = joints_world.astype(np.float64)
+
+    def at(name: str) -> np.ndarray:
+        return joints[:, H36M17.index(name)]
+
+    def middle(part: str) -> np.ndarray:
+        return (at(f"l_{part}") + at(f"r_{part}")) / 2
+
+    def length(a: str, b: str) -> np.ndarray:
+        return np.linalg.norm(at(a) - at(b), axis=-1)
+
+    speed = np.linalg.norm(_rate(at("pelvis")[:, :2], fps), axis=-1)
+    back = R_world_from_body(joints)[..., 0]
+    trunk = middle("shoulder") - middle("hip")
+    leg = np.mean(
+        [length(f"{s}_{a}", f"{s}_{b}") for s in "lr" for a, b in (("hip", "knee"), ("knee", "ankle"))], 0
+    )
+    height = at("pelvis")[:, 2] - np.minimum(at("l_ankle")[:, 2], at("r_ankle")[:, 2])
+    low = height < _LOW * 2 * leg
+    lean = angle_deg(trunk, np.broadcast_to([0.0, 0.0, 1.0], trunk.shape))
+    behind = (((at("pelvis") + at("thorax")) / 2 - middle("ankle")) * back).sum(axis=-1)
+    seated = low & (speed < _WALK) & (lean < _SEATED_DEG) & (behind > _SEATED_M)
+    seated = np.asarray(binary_opening(seated, np.ones(max(round(_ON_SEAT_S * fps), 1))), dtype=bool)
+    return {
+        "walking": (speed > _WALK) & (speed <= _RUN),
+        "squatting": low & ~seated,
+        "sitting": maximum_filter1d(seated, 2 * round(_TO_SEAT_S * fps) + 1, mode="constant"),
+    }
+
+
+def _rate(values: np.ndarray, fps: float) -> np.ndarray:
+    """(T, 2) change per second of values (T, 2) over half a second around every frame."""
+    frames = np.arange(len(values))
+    half = max(round(_HALF_S * fps), 1)
+    first, last = np.maximum(frames - half, 0), np.minimum(frames + half, len(values) - 1)
+    seconds = (last - first) / fps
+    return (values[last] - values[first]) / np.where(seconds > 0, seconds, np.nan)[:, None]

@@ -2,13 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ...common.metrics import Figure
+
 _DRAWS = 10_000
 _SEED = 0  # of the bootstrap
+
+
+@dataclass(frozen=True, eq=False)
+class OfTake:
+    """What a report measured of a take of a person: by figure values (N,), such as one a frame."""
+
+    person: str
+    values: Mapping[str, np.ndarray]
+
+    def where(self, use: np.ndarray) -> OfTake:
+        """Those of a mask (N,) alone."""
+        return OfTake(self.person, {name: values[use] for name, values in self.values.items()})
+
+
+def every_value(takes: Sequence[OfTake]) -> dict[str, np.ndarray]:
+    """{figure: (N,)} of all takes."""
+    return {name: np.concatenate([take.values[name] for take in takes]) for name in takes[0].values}
+
+
+def figures(takes: Sequence[OfTake], by_person: Sequence[str]) -> dict[str, Any]:
+    """{figure: Figure over all values of all takes}; under "by person" the `pooled` means of these."""
+    values = every_value(takes)
+    people = np.repeat(
+        [take.person for take in takes], [len(next(iter(take.values.values()))) for take in takes]
+    )
+    return {
+        **{name: Figure.of(of) for name, of in values.items()},
+        "by person": {name: pooled(values[name], people) for name in by_person},
+    }
 
 
 def mean(values: np.ndarray) -> float:

@@ -17,9 +17,8 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
 from ...common.metrics import Figure, relative
 from ..mocap.clips import data_folder
-from .sets import Question
-from .tables import Page, Table
-from .take_answers import Answer, answers, named
+from .runs import Question
+from .takes import Answer, answers, named
 
 _OURS = "pcnet3d on MoveNet"
 # By clip: an array of its file, the lifter's name and the array's layout; the cameras stand still.
@@ -38,25 +37,10 @@ _PAIRS = (
     ("walk_crop", _OURS, "BlazePose"),
     ("demo_man", _OURS, "BlazePose"),
 )
-PAGE = Page(
-    "Real clips",
-    ". Nobody knows the truth of these: how far lifters are apart, and how steady up is. Degrees over frames, "
-    "p50 / mean / p95.",
-    [
-        Table("", "real, rectified/apart/*/*", ["two lifters of one video", "axes"], {"apart": "{value}"}),
-        Table(
-            "",
-            "real, rectified/up/*/*",
-            ["lifter", "rectifier"],
-            {"up against the take's mean up": "{value}"},
-        ),
-        Table(
-            "",
-            "real, rectified/trunk/*/*",
-            ["lifter", "rectifier"],
-            {"trunk against the take's up": "{lean}", "its stated 90 % bound": "{bound:.1f}"},
-        ),
-    ],
+ABOUT = (
+    "Nobody knows the truth of these. Degrees over frames, p50 / mean / p95: how far two lifters of one video are "
+    "apart before and after rectification; a frame's up against the take's mean up; the trunk against the take's up, "
+    "and the 90 % bound that is stated of it."
 )
 
 

@@ -45,8 +45,7 @@ from .real_data import (
     triangulated,
     whole_body,
 )
-from .sets import Question
-from .tables import Page, Table
+from .runs import Question
 
 _LIMB_ROWS = H36M17.indices(LIMBS)
 _EXACT = "exact limbs"
@@ -56,50 +55,14 @@ _WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
 _ALL = ", truth of all four cameras"
 _LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
 _LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
-_UP = {
-    "up": "{up_deg:.1f}", "stated": "{stated_deg:.1f}", "levelled": "{levelled:.0%}"
-}  # fmt: skip
-PAGE = Page(
-    "A real take",
-    "; a man who balances, each of four cameras by itself, focal length unknown. Keypoints: found in the video alone, "
-    "OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
-    [
-        Table(
-            "How well the truth is known",
-            "truth/*",
-            ["joint, mm, or angle, degrees"],
-            {"apart": "{value:.0f}"},
-            "The truth left single cameras out of single joints. Medians of how far its joints are from where "
-            "OpenPose's keypoints of all four cameras meet, and root mean squares of what that is in angles and "
-            "BODY's heading.",
-        ),
-        Table(
-            "Lift",
-            "lift/*/*",
-            ["keypoints", "camera"],
-            {
-                "PA": "{pa_mm:.0f}",
-                "rigid": "{rigid_mm:.0f}",
-                **{name: f"{{{name}[rmse]:.1f}} / {{{name}[mae]:.1f}}" for name in _LIFT_ANGLES},
-            },
-            "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; "
-            "rigid, from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
-        ),
-        Table(
-            "One gravity for the take",
-            "level/*/*",
-            ["keypoints, rectifier", "camera"],
-            {
-                **_UP,
-                **{name: f"{{{name}[rmse]:.1f}} / {{{name}[mae]:.1f}}" for name in _LEANS},
-            },
-            "Up: degrees off, and root mean square error stated; levelled: takes that are not "
-            "refused. Lean of the trunk: RMSE / MAE, degrees.",
-        ),
-        Table(
-            "The same man standing still, from the video alone", "standing/*/*", ["rectifier", "camera"], _UP
-        ),
-    ],
+ABOUT = (
+    "A man who balances, each of four cameras by itself, focal length unknown. Keypoints: found in the video alone, "
+    "OpenPose's, or the true limbs as the camera sees them with OpenPose's face. truth: how far its joints (median, "
+    "mm), angles and BODY's heading (root mean square, degrees) are from those that all four cameras together give; "
+    "the truth left single cameras out of single joints. lift: mean distance of the 12 limb joints, mm, after the "
+    "best rotation, shift and scale of every frame (pa) or, from the mid-hips, one rotation and scale for the take "
+    "(rigid). level: up, degrees off and root mean square error stated, takes that are not refused, lean of the "
+    "trunk. standing: the same man standing still."
 )
 
 

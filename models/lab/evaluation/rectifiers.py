@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,30 +20,17 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.mocap import Clip, read_mocap
-from ...common.metrics import Figure, joint_error, procrustes_error, scaled, sorting
+from ...common.metrics import joint_error, procrustes_error, scaled, sorting
 from ..mocap.clips import lying, read_parts, subject_of
 from ..synthetic.views import Targets, View, seen, views
-from .people import pooled
-from .sets import EvaluationSet, Question
-from .tables import Page, Table
+from .people import OfTake, every_value, figures
+from .runs import EvaluationSet, Question
 
-PAGE = Page(
-    "Rectifiers",
-    "{about}. Cells of three numbers are p50 / mean / p95; brackets hold 90 % of the means over people drawn anew.",
-    [
-        Table(
-            "",
-            "rectifiers/*/rows/*",
-            ["rectifier", "set"],
-            {
-                "frames": "{frames:,}", "rotation, deg": "{rotation}", "tilt, deg": "{tilt}", "MPJPE, mm": "{mpjpe}",
-                "mean rotation by person": "{by person[rotation][said]}", "mean MPJPE": "{by person[mpjpe][said]}",
-                "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}", "Frobenius 'deg'": "{frobenius.mean:.1f}",
-                "expected, mean": "{expected.mean:.1f}", "Spearman": "{spearman:.2f}",
-            },
-        )
-    ],
-)  # fmt: skip
+ABOUT = (
+    "Frames, p50 / mean / p95: degrees and mm; by person: the mean over frames, in brackets 90 % of the means over "
+    "people drawn anew. frobenius: what the paper's published code calls degrees; expected: the stated error; "
+    "spearman: how it sorts frames."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,74 +49,52 @@ class Take:
         return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.person)
 
 
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """What a rectifier did to the frames of a set; arrays (N,), NaN where it gave no answer.
+ERRORS = ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "frobenius", "expected")
+
+
+def judge(rectifier: Rectifier, takes: Iterable[Take]) -> list[OfTake]:
+    """Run a rectifier take by take."""
+    judged = []
+    for take in takes:
+        R, expected = rectifier.rotation(take.joints)
+        judged.append(compare(take, R, expected, rotate(transpose(R), take.joints.astype(np.float64))))
+    return judged
+
+
+def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> OfTake:
+    """One take's answers against the truth, ERRORS of every frame, NaN where there is no answer: R_camera_from_body
+    (T, 3, 3), error_deg (T,) and the pose in BODY (T, 17, 3), which is R^T x unless something corrected it.
 
     rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought
     to the truth's frame by frame; unscaled: as they come, which means something of joints in metres only. frobenius:
-    |R - R'| x 180 / pi, which the paper's published code calls degrees. expected: error_deg. person: whose the frame
-    is.
+    |R - R'| x 180 / pi, which the paper's published code calls degrees. expected: error_deg.
     """
-
-    rotation: np.ndarray
-    tilt: np.ndarray
-    mpjpe: np.ndarray
-    unscaled: np.ndarray
-    pa_mpjpe: np.ndarray
-    frobenius: np.ndarray
-    expected: np.ndarray
-    person: np.ndarray
-
-    def row(self, use: np.ndarray) -> dict[str, Any]:
-        """Figures over the frames of a mask (N,)."""
-        figures: dict[str, Any] = {
-            "frames": int(use.sum()),
-            "no answer": int(np.isnan(self.rotation[use]).sum()),
-        }
-        for name in ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "frobenius", "expected"):
-            figures[name] = Figure.of(getattr(self, name)[use])
-        figures["by person"] = {
-            name: pooled(getattr(self, name)[use], self.person[use]) for name in ("rotation", "mpjpe")
-        }
-        figures["spearman"] = sorting(self.expected[use], self.rotation[use])
-        return figures
-
-
-def judge(rectifier: Rectifier, takes: Iterable[Take]) -> Judged:
-    """Run a rectifier take by take."""
-    parts = []
-    for take in takes:
-        R, expected = rectifier.rotation(take.joints)
-        parts.append(compare(take, R, expected, rotate(transpose(R), take.joints.astype(np.float64))))
-    return together(parts)
-
-
-def together(parts: Sequence[Judged]) -> Judged:
-    """All frames of several takes as those of one."""
-    return Judged(
-        **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Judged)}
-    )
-
-
-def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> Judged:
-    """One take's answers against the truth: R_camera_from_body (T, 3, 3), error_deg (T,) and the pose in BODY
-    (T, 17, 3), which is R^T x unless something corrected it."""
     truth = rotate(transpose(take.R), take.truth)
     fitted = scaled(canonical, truth)
     answered = np.isfinite(R).all(axis=(1, 2))
     pa = np.full(len(R), np.nan)
     pa[answered] = procrustes_error(canonical[answered], truth[answered])
-    return Judged(
-        rotation=geodesic_deg(R, take.R),
-        tilt=angle_deg(R[..., 2], take.R[..., 2]),
-        mpjpe=1000 * joint_error(fitted, truth),
-        unscaled=1000 * joint_error(canonical, truth),
-        pa_mpjpe=1000 * pa,
-        frobenius=np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
-        expected=expected,
-        person=np.full(len(R), take.person),
-    )
+    errors = {
+        "rotation": geodesic_deg(R, take.R),
+        "tilt": angle_deg(R[..., 2], take.R[..., 2]),
+        "mpjpe": 1000 * joint_error(fitted, truth),
+        "unscaled": 1000 * joint_error(canonical, truth),
+        "pa_mpjpe": 1000 * pa,
+        "frobenius": np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
+        "expected": expected,
+    }
+    return OfTake(take.person, errors)
+
+
+def row(takes: Sequence[OfTake]) -> dict[str, Any]:
+    """Figures over the frames of takes as `compare` gives them."""
+    values = every_value(takes)
+    return {
+        "frames": len(values["rotation"]),
+        "no answer": int(np.isnan(values["rotation"]).sum()),
+        **figures(takes, ("rotation", "mpjpe")),
+        "spearman": sorting(values["expected"], values["rotation"]),
+    }
 
 
 def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targets = "body") -> list[Take]:
@@ -160,7 +125,7 @@ def lifted(question: Question, of: EvaluationSet) -> list[Take]:
 def tables(
     question: Question, data: Path | None = None, split: Path | None = None, targets: Targets = "body"
 ) -> dict[str, Any]:
-    """{"rectifiers": {method: {"rows": {set: Judged.row's figures}}}} of the people that the shipped networks never
+    """{"rectifiers": {method: {"rows": {set: figures of `row`}}}} of the people that the shipped networks never
     saw, lifted and clean; or of the test people of a file of clips, of everybody without a split, clean alone."""
     kinds: dict[str, dict[str, Callable[[], list[Take]]]]
     if data is None:
@@ -187,14 +152,14 @@ def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Call
 def _judged(
     rectifiers: Sequence[Rectifier], sets: dict[str, dict[str, Callable[[], list[Take]]]]
 ) -> dict[str, Any]:
-    """{method: {"rows": {set: Judged.row's figures}}}."""
+    """{method: {"rows": {set: figures of `row`}}}."""
     results: dict[str, Any] = {rectifier.method: {"rows": {}} for rectifier in rectifiers}
     for label, kinds in sets.items():
         for kind, make in kinds.items():
             takes = make()
-            lies = np.concatenate([take.lying for take in takes])
             for rectifier in rectifiers:
                 judged = judge(rectifier, takes)
-                for pose, use in (("upright", ~lies), ("lying", lies)):
-                    results[rectifier.method]["rows"][f"{label}, {kind}, {pose}"] = judged.row(use)
+                for pose, lies in (("upright", False), ("lying", True)):
+                    frames = [of.where(take.lying == lies) for of, take in zip(judged, takes, strict=True)]
+                    results[rectifier.method]["rows"][f"{label}, {kind}, {pose}"] = row(frames)
     return results

@@ -20,24 +20,14 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.take import Take
 from ....pipeline.running.progress import each
 from ..mocap.clips import Subjects, read_clips
-from .finished import Configuration, finished
-from .sets import EvaluationSet, Question
-from .tables import Page, Table
+from .runs import Configuration, EvaluationSet, Question, finished
 
 LABELS = Path(__file__).with_name("movements.json")
 _NEAR_S = 0.15
 _SETS: tuple[tuple[Subjects, str], ...] = (("train", "train, seen by the lifter"), ("val", "validation"))
-_ROW = {
-    "series": "{series}", "movements": "{movements}", "counts right": "{counts:.0%}",
-    "found": "{found:.0%}", "begin within 0.15 s": "{begin:.0%}", "end within 0.15 s": "{end:.0%}",
-}  # fmt: skip
-PAGE = Page(
-    "Repetitions",
-    ". A series: one kind of movement of one side in one take. Begin and end: of labelled movements that were found.",
-    [
-        Table("By movement", "judged/*/*", ["poses", "movement"], _ROW),
-        Table("Wrong counts", "wrong/*", ["poses, take, movement"], {"labelled, found": "{value}"}),
-    ],
+ABOUT = (
+    "A series: one kind of movement of one side in one take; counts: series that were counted right; found, begin, "
+    "end: of labelled movements those found, and those that begin and end within 0.15 s of the label."
 )
 
 Spans = list[tuple[float, float]]

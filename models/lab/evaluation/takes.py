@@ -1,178 +1,263 @@
 """What one gravity a take is worth, where the truth is known:  pcnet3d lab evaluate takes -o DIR
 
 Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
-frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and the accelerations of wrists and
-ankles.
+frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and accelerations of wrists and ankles
+relative to the pelvis, both sides low-passed at 6 Hz without delay, vertical and horizontal apart, in two comparisons:
+
+- "level": in upright axes with one heading for the take, the truth's for every method. A method that answers frame by
+  frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it.
+- "lift": the first lift's signals against the same in the true axes: what the method's rotation alone adds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from ....pipeline.core.camera import Look
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import angle_deg, from_columns, geodesic_deg, rotate, transpose
+from ....pipeline.plugins.protocols import Rectifier
+from ....pipeline.signals.filters import CUTOFF_HZ
 from ...common.metrics import Figure, joint_error
 from ...common.spread import stated_spread
-from ...gravity import why_not
+from ...gravity import Levelled, Seen, level_static, why_not
 from ..mocap.clips import subject_of
-from . import acceleration
-from .acceleration import over_takes
-from .people import mean, pooled
-from .sets import Question
-from .tables import Page, Table
-from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, constant, joints_of, named, simulated_look
-from .testbed import LiftedTake
+from .people import OfTake, figures, mean
+from .runs import Question
+from .testbed import LiftedTake, SeenTake, accelerations, joints_of, simulated_look
 
+CAMERA_AXES, TRUE_AXES, NO_MOTION = "camera axes", "true axes", "no motion"
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 _LONG_S = 2.0
 LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
-PAGE = Page(
-    "Takes",
-    "; one camera a take, standing still.",
-    [
-        Table(
-            "Errors",
-            "takes/*/methods/*",
-            ["set", "method"],
-            {
-                "takes": "{takes}", "frames": "{frames:,}", "tilt": "{tilt}", "rotation": "{rotation}",
-                "MPJPE": "{mpjpe}", "means by person": "{by person[tilt][said]}, {by person[rotation][said]}, "
-                "{by person[mpjpe][said]}",
-            },
-            "p50 / mean / p95; by person: over frames, in brackets 90 % of the means over people drawn anew. "
-            "Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, mm, "
-            "one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from the "
-            "vertical half of the time or more.",
-        ),
-        Table(
-            "Trust",
-            "takes/*/methods/*",
-            ["set", "method"],
-            {"levelled": "{levelled:.1%}"},
-            "Levelled: takes that are not refused.",
-            where=lambda row: "levelled" in row,
-        ),
-        *acceleration.TABLES,
-    ],
-)  # fmt: skip
+_ERRORS = ("tilt", "rotation", "mpjpe")
+_PARTS = {part: H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("wrist", "ankle")}
+_ALONG = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
+ABOUT = (
+    "One camera a take, standing still. p50 / mean / p95; by person: the mean over frames, in brackets 90 % of the "
+    "means over people drawn anew. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE,"
+    " mm, one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from the vertical"
+    " half of the time or more. Levelled: takes that are not refused. Accelerations relative to the pelvis, "
+    f"{CUTOFF_HZ:g} Hz zero-phase: RMSE in m/s² (horizontal: of one axis) and r, over upright takes of 2 s and more "
+    "without gaps; level: in upright axes with one heading for the take, where `true axes` is what is left when the "
+    "rotation is right; lift: against the first lift's in the true axes, what the rotation alone adds."
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
-    """One method on one take. rotation, tilt (degrees), mpjpe (mm): (T,), NaN without an answer. levelled: of a
-    take-level method; else None. person: who it is."""
+class Answer:
+    """One method's rotations of a take.
 
-    rotation: np.ndarray
-    tilt: np.ndarray
-    mpjpe: np.ndarray
-    levelled: bool | None = None
-    person: str = ""
+    R_camera_from_body: (T, 3, 3). R_camera_from_level: (3, 3), axes that the whole take shares, or None of a method
+    that answers every frame alone. levelled: of a take-level method. joints: (T, 17, 3) what it is an answer about,
+    where that is another lift than the other methods'.
+    """
+
+    R_camera_from_body: np.ndarray
+    R_camera_from_level: np.ndarray | None = None
+    levelled: Levelled | None = None
+    joints: np.ndarray | None = None
+
+    def axes(self, R_camera_from_world: np.ndarray) -> np.ndarray:
+        """(T, 3, 3) upright axes in the camera, with one heading for all frames, the true one: the take's axes turned
+        about their up by one angle; without such axes, each frame's own up under that heading. So what is left of a
+        method's error is its up, and what a frame's heading does is not held against it."""
+        if self.R_camera_from_level is None:
+            return with_heading(self.R_camera_from_body, R_camera_from_world, per="frame")
+        R = np.broadcast_to(self.R_camera_from_level, self.R_camera_from_body.shape)
+        return with_heading(R, R_camera_from_world)
+
+
+def answers(
+    rectifiers: Sequence[Rectifier],
+    joints: np.ndarray,
+    time_s: np.ndarray,
+    look: Look | None = None,
+    spread: np.ndarray | None = None,
+    again: tuple[np.ndarray, np.ndarray] | None = None,
+) -> dict[str, dict[str, Answer]]:
+    """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
+    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.seen.Seen.
+    again: joints and spread of a lift that knew the image's up, for that answer."""
+    of_methods = {}
+    for rectifier in rectifiers:
+        R, error_deg = rectifier.rotation(joints)
+        seen = Seen(joints, R, error_deg, time_s, spread=spread)
+        of_methods[rectifier.method] = {"a frame": Answer(R), "a take": _of_take(level_static(seen))}
+        if look is not None:
+            if again is not None:
+                seen = Seen(again[0], *rectifier.rotation(again[0]), time_s, spread=again[1])
+            with_image = _of_take(level_static(seen, look=look), seen.joints)
+            of_methods[rectifier.method]["a take, with its image"] = with_image
+    return of_methods
+
+
+def _of_take(levelled: Levelled, joints: np.ndarray | None = None) -> Answer:
+    return Answer(levelled.R_camera_from_body, levelled.R_camera_from_level, levelled, joints)
+
+
+def named(of_methods: Mapping[str, Mapping[str, Answer]]) -> dict[str, Answer]:
+    """The same in one dict, "geometric, a frame" and so on."""
+    return {f"{method}, {per}": answer for method, of in of_methods.items() for per, answer in of.items()}
+
+
+def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
+    """Axes (3, 3) that are given, the same in every frame."""
+    return Answer(np.broadcast_to(R_camera_from_level, (frames, 3, 3)), R_camera_from_level)
+
+
+def with_heading(R: np.ndarray, R_true: np.ndarray, per: str = "take") -> np.ndarray:
+    """R (T, 3, 3) turned about its own up, its third column, towards R_true (T, 3, 3) or (3, 3): by the one angle that
+    brings the take closest (least squares), or per "frame" by an angle each."""
+    D = transpose(R) @ R_true
+    sine, cosine = D[..., 1, 0] - D[..., 0, 1], D[..., 0, 0] + D[..., 1, 1]
+    if per == "take":
+        sine, cosine = np.nansum(sine, keepdims=True), np.nansum(cosine, keepdims=True)
+    angle = np.arctan2(sine, cosine)
+    zero, one = np.zeros_like(angle), np.ones_like(angle)
+    c, s = np.cos(angle), np.sin(angle)
+    return R @ from_columns(*(np.stack(v, -1) for v in ((c, s, zero), (-s, c, zero), (zero, zero, one))))
 
 
 def tables(question: Question) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
     results: dict[str, Any] = question.heading()
     results |= {"rectifiers": [r.method for r in question.rectifiers], "takes": {}, "acceleration": {}}
-    for one in question.sets:
-        taken, signals = one_set(question, one.label, question.takes(one))
-        results["takes"] |= taken
-        results["acceleration"] |= signals
+    for people in question.sets:
+        rows, accelerated = one_set(question, people.label, question.takes(people))
+        results["takes"] |= rows
+        results["acceleration"][f"{people.label}, lifted"] = accelerated
     return results
 
 
 def one_set(
     question: Question, label: str, takes: Iterable[LiftedTake]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations by set)."""
-    judged: dict[str, dict[str, list[Judged]]] = {
+    """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations)."""
+    rows: dict[str, dict[str, list[tuple[OfTake, bool | None]]]] = {
         f"{label}, {kind}, {group}": {} for kind in ("lifted", "clean") for group in _GROUPS
     }
     scores, gaps = [], 0
     for take in takes:
-        seen = take.seen
-        for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
-            look = simulated_look(seen.up, question.seed, seen.clip)
-            spread = again = None
-            if kind == "lifted":
-                told = question.lift_seen(seen, up=look.up)
-                spread = stated_spread(take.lifted)
-                again = joints_of(told, seen.truth), stated_spread(told)
-            both = named(answers(question.rectifiers, joints, seen.keypoints.times, look, spread, again))
-            for name, answer in both.items():
-                rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
-                rows.append(judge(take, joints, answer))
-            if kind == "lifted" and group_of(take) == LONG:
+        seen, group = take.seen, group_of(take.seen)
+        lifted, look = joints_of(take.lifted, seen.truth), simulated_look(seen.up, question.seed, seen.clip)
+        told = question.lift_seen(seen, up=look.up)
+        again = joints_of(told, seen.truth), stated_spread(told)
+        spreads = {"lifted": (stated_spread(take.lifted), again), "clean": (None, None)}
+        for kind, joints in (("lifted", lifted), ("clean", seen.truth)):
+            methods = named(answers(question.rectifiers, joints, seen.keypoints.times, look, *spreads[kind]))
+            for name, answer in methods.items():
+                rows[f"{label}, {kind}, {group}"].setdefault(name, []).append(judge(seen, joints, answer))
+            if kind == "lifted" and group == LONG:
                 if np.isfinite(joints).all():
-                    scores.append(signals(take, joints, both))
+                    scores.append(take_scores(methods, joints, seen))
                 else:
                     gaps += 1
     accelerated = {"takes": len(scores), "left out": gaps, **over_takes(scores)}
-    rows = {name: row(methods) for name, methods in judged.items() if methods}
-    return rows, {f"{label}, lifted": accelerated}
+    return {name: row(methods) for name, methods in rows.items() if methods}, accelerated
 
 
-def group_of(take: LiftedTake) -> str:
+def group_of(seen: SeenTake) -> str:
     """Upright in every frame (mocap.clips.lying), of 2 s and more or shorter; lying, or bent far down, in half of its
     frames or more; or in fewer."""
-    lies = take.seen.lying.mean()
+    lies = seen.lying.mean()
     if lies > 0:
         return _LYING if lies >= 0.5 else _PARTLY
-    return LONG if len(take.seen.lying) / take.seen.keypoints.fps >= _LONG_S else _SHORT
+    return LONG if len(seen.lying) / seen.keypoints.fps >= _LONG_S else _SHORT
 
 
-def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:
-    """joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
+def judge(seen: SeenTake, joints: np.ndarray, answer: Answer) -> tuple[OfTake, bool | None]:
+    """Tilt and rotation (degrees) and MPJPE (mm) of every frame, NaN without an answer; and whether a method that
+    answers for the take levels it. joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
     joints = joints if answer.joints is None else answer.joints
-    R, R_true = answer.R_camera_from_body, take.seen.R_camera_from_body
-    body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), take.seen.truth)
-    tilt = angle_deg(R[..., 2], np.broadcast_to(take.seen.up, R[..., 2].shape))
-    errors = Judged(
-        geodesic_deg(R, R_true), tilt, 1000 * joint_error(body, truth), person=subject_of(take.seen.clip)
-    )
-    if answer.levelled is None:
-        return errors
-    return replace(errors, levelled=not why_not(answer.levelled))
+    R, R_true = answer.R_camera_from_body, seen.R_camera_from_body
+    body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), seen.truth)
+    tilt = angle_deg(R[..., 2], np.broadcast_to(seen.up, R[..., 2].shape))
+    errors = tilt, geodesic_deg(R, R_true), 1000 * joint_error(body, truth)
+    levelled = None if answer.levelled is None else not why_not(answer.levelled)
+    return OfTake(subject_of(seen.clip), dict(zip(_ERRORS, errors, strict=True))), levelled
 
 
-def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
+def row(methods: Mapping[str, Sequence[tuple[OfTake, bool | None]]]) -> dict[str, Any]:
     """Figures of one set. Tilt: over takes, of a take's mean. Rotation and MPJPE: over frames. Of take-level methods
     also the share levelled."""
     first = next(iter(methods.values()))
-    figures: dict[str, Any] = {
-        "takes": len(first), "frames": sum(len(take.rotation) for take in first), "methods": {},
+    row: dict[str, Any] = {
+        "takes": len(first), "frames": sum(len(take.values["tilt"]) for take, _ in first), "methods": {},
     }  # fmt: skip
-    for name, takes in methods.items():
-        method: dict[str, Any] = {
-            "tilt": Figure.of(np.array([mean(take.tilt) for take in takes])),
-            "rotation": Figure.of(np.concatenate([take.rotation for take in takes])),
-            "mpjpe": Figure.of(np.concatenate([take.mpjpe for take in takes])),
-        }
-        people = np.repeat([take.person for take in takes], [len(take.rotation) for take in takes])
-        method["by person"] = {
-            name: pooled(np.concatenate([getattr(take, name) for take in takes]), people)
-            for name in ("tilt", "rotation", "mpjpe")
-        }
-        if takes[0].levelled is not None:
-            method["levelled"] = sum(bool(take.levelled) for take in takes) / len(takes)
-        figures["methods"][name] = method
-    return figures
+    for name, judged in methods.items():
+        takes, levelled = zip(*judged, strict=True)
+        of_takes = Figure.of(np.array([mean(take.values["tilt"]) for take in takes]))
+        row["methods"][name] = figures(takes, _ERRORS) | {"tilt": of_takes}
+        if levelled[0] is not None:
+            row["methods"][name]["levelled"] = sum(levelled) / len(levelled)
+    return row
 
 
-def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> dict[str, Any]:
-    """acceleration.take_scores of the lifted joints (T, 17, 3) by the methods, the camera's axes and the
-    true ones."""
-    seen = take.seen
-    methods = {
+Scores = dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]]
+
+
+def take_scores(methods: Mapping[str, Answer], joints: np.ndarray, seen: SeenTake) -> Scores:
+    """One lifted take: {"level", "lift": {method: {part: {direction: (RMSE, r)}}}} of the methods, the camera's axes
+    and the true ones. joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps, at the truth's
+    scale. "level" also has the row of who says that nothing moves."""
+    R_camera_from_world, time_s = seen.R_camera_from_world, seen.keypoints.times
+    every = {
         CAMERA_AXES: constant(_R_CAMERA_FROM_UPRIGHT, len(joints)),
-        **both,
-        TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
+        **methods,
+        TRUE_AXES: constant(R_camera_from_world, len(joints)),
     }
-    return acceleration.take_scores(
-        methods, joints, seen.truth, seen.R_camera_from_world, seen.keypoints.times
-    )
+    world, lift = (_limbs(each, R_camera_from_world, time_s) for each in (seen.truth, joints))
+    still = {part: np.zeros_like(signal) for part, signal in world.items()}
+    scores: Scores = {"level": {NO_MOTION: _compared(still, world)}, "lift": {}}
+    for name, answer in every.items():
+        own = joints if answer.joints is None else answer.joints
+        axes = answer.axes(R_camera_from_world)
+        signal = _limbs(own, axes, time_s)
+        scores["level"][name] = _compared(signal, world)
+        if name != TRUE_AXES:
+            same = signal if own is joints else _limbs(joints, axes, time_s)
+            scores["lift"][name] = _compared(same, lift)
+    return scores
+
+
+def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    """Accelerations of each part's joints in other axes."""
+    turned = rotate(transpose(R_camera_from_axes), joints)
+    return {part: accelerations(turned[:, rows], time_s) for part, rows in _PARTS.items()}
+
+
+def _compared(
+    signal: Mapping[str, np.ndarray], truth: Mapping[str, np.ndarray]
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """{part: {direction: (RMSE, r)}} of accelerations (N, J, 3) by part, z up. Horizontal is both axes in one: root
+    mean square of an axis, and one correlation."""
+    return {
+        part: {
+            way: agreement(signal[part][..., axes], truth[part][..., axes]) for way, axes in _ALONG.items()
+        }
+        for part in truth
+    }
+
+
+def agreement(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Root mean square of a - b, each (...), and their correlation; NaN where one of them does not vary."""
+    a, b = a.ravel(), b.ravel()
+    rmse = float(np.sqrt(np.mean((a - b) ** 2)))
+    moving = min(a.std(), b.std()) > 1e-9
+    return rmse, float(np.corrcoef(a, b)[0, 1]) if moving else float("nan")
+
+
+def over_takes(scores: Sequence[Any]) -> Any:
+    """Nested (RMSE, r) of many takes as nested {"rmse", "r": Figure} over takes; {} without any."""
+    if not len(scores) or isinstance(scores[0], dict):
+        return {key: over_takes([take[key] for take in scores]) for key in (scores[0] if len(scores) else ())}
+    rmse, r = np.array(scores).T
+    return {"rmse": Figure.of(rmse), "r": Figure.of(r)}

@@ -19,9 +19,8 @@ from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.running.progress import each
 from ...common.metrics import person_size, rigid_error
-from .finished import Configuration, given, recipe_of, unsuspected
-from .sets import Question
-from .tables import Page, Table
+from .lifter import motion_classes
+from .runs import Configuration, Question, given, recipe_of, unsuspected
 from .testbed import MIN_FRAMES, SeenTake, see
 
 FAR_MM = 100.0
@@ -32,24 +31,18 @@ _KEYPOINTS = {
     "6 times the errors, unsuspected": 6.0,
 }
 _ON_FLOOR, _WALKS = 1 / 3, 1 / 2  # of the frames, from which a take counts as one of these
-_COLUMNS = {"takes": "{takes}", "far off": "{far:.0%}", "error, mm": "{p50:.0f}; {p90:.0f}"}
-
-PAGE = Page(
-    "Verdicts",
-    ". How many takes of each verdict are off by over 100 mm; median error and what nine in ten stay under.",
-    [
-        Table("By verdict", "verdicts/*", ["poses are"], _COLUMNS),
-        Table("By kind of motion", "kinds/*/*", ["motion", "poses are"], _COLUMNS),
-        Table("By keypoints", "keypoints/*/*", ["keypoints", "poses are"], _COLUMNS),
-    ],
+ABOUT = (
+    "By verdict, by kind of motion and by keypoints: how many takes are off by over 100 mm (far), median error and "
+    "what nine in ten stay under (p50, p90), mm."
 )
 
 
 def kind_of(truth: SeenTake) -> str:
     """By what the person does for long enough; what is neither on the floor nor a walk is told by its set."""
-    if (truth.lying | truth.motion["squatting"]).mean() >= _ON_FLOOR:
+    motion = motion_classes(truth.world, truth.keypoints.fps)
+    if (truth.lying | motion["squatting"]).mean() >= _ON_FLOOR:
         return "floor work, crouching"
-    if truth.motion["walking"].mean() >= _WALKS:
+    if motion["walking"].mean() >= _WALKS:
         return "walks"
     return "tennis" if truth.source == "arena" else "other: sport, dance, everyday"
 

@@ -26,8 +26,7 @@ from ...common.metrics import relative
 from ...gait.contact import SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR
 from ...lifter.builtin import lift
-from ..evaluation.take_answers import joints_of
-from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
+from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, joints_of, see
 from ..mocap.clips import Subjects, data_set, read_clips
 from ..mocap.contact import true_contact
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -25,13 +25,11 @@ from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
 from ...gait.errors import OF_LANDINGS, OF_LENGTH
 from ...rectifier.load import load_rectifier
-from ..errors.fit import STRANGERS
-from ..evaluation.gait import TRUE, Difference, JudgedGait, Mean, judge, judge_both
-from ..evaluation.sets import Question
+from ..evaluation.gait import SIDES_APART, TRUE, Judged, JudgedGait, judge, judge_both
+from ..evaluation.judge import STRANGERS
+from ..evaluation.runs import Question
 from ..evaluation.testbed import BEDS, MIN_FRAMES, LiftedTake, see
 from ..mocap.clips import data_set, read_clips
-
-Judged = TypeVar("Judged", Mean, Difference)
 
 _SEEDS = 2  # draws of cameras and noise, of every bed
 _END = 0.01
@@ -63,7 +61,7 @@ def seen_gaits(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
     but the hundredth at either end."""
     found: dict[str, dict[str, list[float]]] = {gait: {} for gait in ("walking", "running")}
     for take in takes:
-        for mean in [*take.means.get(TRUE, {}).values()][:1]:
+        for mean in [*take.figures.get(TRUE, {}).values()][:1]:
             for name, value in mean.style.items():
                 found[mean.gait].setdefault(name, []).append(value)
     shares = {"least": _END, "usual": 0.5, "most": 1 - _END}
@@ -84,8 +82,8 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
         for gait, styles in seen_gaits(takes).items()
     }
 
-    def parts(name: str, persons: list[str], means: list[Mean]) -> dict[str, float]:
-        count = np.array([mean.count for mean in means])
+    def parts(name: str, persons: list[str], means: list[Judged]) -> dict[str, float]:
+        count = np.array([mean.counts[0] for mean in means])
         unit = np.array([mean.leg if name in OF_LENGTH else 1.0 for mean in means])
         error = np.array([mean.found - mean.true for mean in means]) / unit
         each = 1 / count**2 if name in OF_LANDINGS else 1 / count
@@ -103,7 +101,7 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
             squares["apart"] = (stance - np.array([usual[mean.gait] for mean in means])) ** 2
         return _three_digits({**_deviations(persons, error, squares, alike), **known})
 
-    figures = _fitted([(take.person, take.means) for take in takes], parts)
+    figures = _fitted(takes, "", parts)
     for of_gait in figures.values():
         if {"single_support_percent", "swing_percent"} <= of_gait.keys():
             single, swing = of_gait["single_support_percent"], of_gait["swing_percent"]
@@ -115,7 +113,7 @@ def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str
     """{"walking", "running": {figure: {"shared", "each", "depth", "most"}}} of right less left; lengths in lengths of a
     leg."""
 
-    def parts(name: str, persons: list[str], found: list[Difference]) -> dict[str, float]:
+    def parts(name: str, persons: list[str], found: list[Judged]) -> dict[str, float]:
         unit = np.array([one.leg if name in OF_LENGTH else 1.0 for one in found])
         error = np.array([one.found - one.true for one in found]) / unit
         count = np.array([1 / (1 / one.counts[0] + 1 / one.counts[1]) for one in found])
@@ -123,22 +121,24 @@ def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str
         squares = {"shared": np.ones(len(found)), "each": 1 / count, "depth": depth**2}
         return _three_digits({**_deviations(persons, error, squares), "most": _most(count)})
 
-    return _fitted([(take.person, take.differences) for take in takes], parts)
+    return _fitted(takes, SIDES_APART, parts)
 
 
 def _fitted(
-    takes: Sequence[tuple[str, dict[str, dict[str, Judged]]]],
+    takes: Sequence[JudgedGait],
+    behind: str,
     parts: Callable[[str, list[str], list[Judged]], dict[str, float]],
 ) -> dict[str, dict[str, dict[str, float]]]:
-    """takes: each the person and {path: {figure: what was found and true}}; parts: of the error of one figure of one
-    gait, with the person of each. Times and shares of runs of fewer than _FEWEST people are fitted together with those
-    of walks: one runner says little of others."""
+    """behind: what ends the names of the figures, "" of means. parts: of the error of one figure of one gait, with the
+    person of each. Times and shares of runs of fewer than _FEWEST people are fitted together with those of walks: one
+    runner says little of others."""
     found: dict[str, dict[str, list[tuple[str, Judged]]]] = {"walking": {}, "running": {}}
-    for person, of_paths in takes:
-        for path, figures in of_paths.items():
-            for name, one in figures.items():
-                if path == TRUE or name in OF_LENGTH:
-                    found[one.gait].setdefault(name, []).append((person, one))
+    for take in takes:
+        for path, figures in take.figures.items():
+            for label, one in figures.items():
+                name = label.removesuffix(SIDES_APART)
+                if label == name + behind and (path == TRUE or name in OF_LENGTH):
+                    found[one.gait].setdefault(name, []).append((take.person, one))
     for name, of in found["running"].items():
         if name not in OF_LENGTH and len({person for person, _ in of}) < _FEWEST:
             found["running"][name] = of + found["walking"].get(name, [])

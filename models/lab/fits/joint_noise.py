@@ -32,7 +32,7 @@ from ...common.metrics import scaled
 from ...gravity import Levelled, Seen, level_static, why_not
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.testbed_file import read_testbed
+from ..synthetic.views import read_testbed
 
 _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
 _FPS = 30.0  # of the testbed's takes

@@ -28,10 +28,10 @@ from ...gait.errors import ERROR_FILE
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..common.modules import in_own_process, run_command
-from ..errors import report, visits
-from ..evaluation.sets import Question
-from ..evaluation.write_takes import write_takes
-from . import contact, gait_errors, gravity_constants, joint_noise
+from ..evaluation import errors
+from ..evaluation.runs import Question
+from ..evaluation.testbed import write_takes
+from . import contact, gait_errors, gravity_constants, joint_noise, visits
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
 _NETWORKS = "networks.json"
@@ -72,7 +72,7 @@ def gravity(takes: Sequence[Path], output: Path) -> None:
 
 def kit(seed: int, fit: bool, output: Path) -> None:
     """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
-    report.tables(Question(seed=seed), report.FITTED if fit else None, fit, output.parent)
+    errors.tables(Question(seed=seed), errors.FITTED if fit else None, fit, output.parent)
 
 
 def refit(folder: Path, of: Sequence[Step]) -> None:

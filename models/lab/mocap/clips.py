@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from pydantic import BaseModel
@@ -18,18 +18,11 @@ from ....pipeline.core.rotations import angle_deg
 from ....pipeline.reading.mocap import Clip, read_mocap
 from ..common.toml_config import read_json
 
-Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05", "tennis"]
+Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
 
 LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells which way is up
 
-# The train subjects in two halves of about equal minutes (46.1 and 46.3; of tennis 15.3 and 13.8, five players each),
-# for cross-fitted lifts. 60 and 61 dance together and stay together, as the data's README asks; x are takes of unknown
-# subjects.
-_TRAIN_A = frozenset({
-    "02", "05", "11", "118", "16", "35", "38", "60", "61", "accad-f1",
-    *(f"tennis-{player}" for player in ("jdescobar", "jpcardona", "jsgiraldo", "mrios", "secheverri")),
-})  # fmt: skip
 _TENNIS = "tennis_mocap"
 PARTS = ("train", "val", "test")
 
@@ -86,10 +79,9 @@ def data_folder() -> Path:
 def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ...]:
     """The clips of one part of the project's own data, split by subject.
 
-    "train" and "val" are those of every file that splits.json lists (CMU, ACCAD, tennis); "test" is CMU's; "train-a"
-    and "train-b" are two disjoint halves of the train subjects; "hdm05" is all of HDM05 and "tennis" the test players
-    of tennis, test sets of their own of other people and movements, other laboratories and body models. InputError for
-    another name, or where the data is not.
+    "train" and "val" are those of every file that splits.json lists (CMU, ACCAD, tennis); "test" is CMU's; "hdm05" is
+    all of HDM05 and "tennis" the test players of tennis, test sets of their own of other people and movements, other
+    laboratories and body models. InputError for another name, or where the data is not.
     """
     if subjects not in get_args(Subjects):
         raise InputError(
@@ -101,10 +93,8 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     members = _members(folder / "splits.json", subjects)
     files = [folder / f"{name}.npz" for name, people in members.items() if people]
     clips = tuple(
-        clip for path in files for clip in read_mocap(path)
-        if (key := subject_of(clip.name)) in members[path.stem]
-        and (subjects not in ("train-a", "train-b") or (key in _TRAIN_A) == (subjects == "train-a"))
-    )  # fmt: skip
+        clip for path in files for clip in read_mocap(path) if subject_of(clip.name) in members[path.stem]
+    )
     if not clips:
         raise InputError(
             "nothing-usable",
@@ -129,7 +119,7 @@ def _members(path: Path, subjects: Subjects) -> dict[str, set[str]]:
             "wrong-content",
             f"Expected every subject in one part of {path} only; not so: {', '.join(sorted(twice))}.",
         )
-    part = "test" if subjects == "tennis" else subjects.partition("-")[0]
+    part = "test" if subjects == "tennis" else subjects
     members = {
         name: parts[part]
         for name, parts in split.items()
@@ -194,8 +184,3 @@ def read_parts(data: Path, split: Path, needed: Sequence[str] = PARTS) -> Parts:
             "name-unknown", f"{split} lists {by}s that {data} does not have: {', '.join(unknown[:10])}."
         )
     return Parts({part: tuple(c for c in clips if key[c.name] in names) for part, names in lists.items()}, by)
-
-
-def trained_on(config: Any) -> str:
-    """Whom a network trains on, as its file says it. config: with `data`, `split`, None without, and `subjects`."""
-    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import typer
+from typer import Argument, Option
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show
@@ -68,17 +68,13 @@ _ORDER = (("mmfi",), ("asfamc", "bvh"), ("joints",))
 
 
 def mocap(
-    folder: Annotated[Path, typer.Argument(help="Motion capture: MM-Fi, ASF/AMC, BVH, or .npz with joints.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
-    format: Annotated[str, typer.Option(help=f"Format of the files: auto, {', '.join(FORMATS)}.")] = "auto",
-    unit: Annotated[str | None, typer.Option(help=f"Unit of the files: {', '.join(UNITS)}.")] = None,
-    up: Annotated[Literal["y", "z"] | None, typer.Option(help="The files' vertical axis.")] = None,
-    fps: Annotated[
-        float | None, typer.Option(help="Frames per second, if the files do not state them or are wrong.")
-    ] = None,
-    subject: Annotated[
-        str | None, typer.Option(help="Regular expression on the path; its first group is the subject.")
-    ] = None,
+    folder: Annotated[Path, Argument(help="Motion capture: MM-Fi, ASF/AMC, BVH, or .npz with joints.")],
+    output: Annotated[Path, Option("-o", "--output", help="The .npz file to write.")],
+    format: Annotated[str, Option(help=f"Format of the files: auto, {', '.join(FORMATS)}.")] = "auto",
+    unit: Annotated[str | None, Option(help=f"Unit of the files: {', '.join(UNITS)}.")] = None,
+    up: Annotated[Literal["y", "z"] | None, Option(help="The files' vertical axis.")] = None,
+    fps: Annotated[float | None, Option(help="Frames per second, where the files say none.")] = None,
+    subject: Annotated[str | None, Option(help="Regular expression on the path; group 1 is who.")] = None,
 ) -> None:
     """Convert a folder of motion capture for training and evaluation.
 

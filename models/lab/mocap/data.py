@@ -1,6 +1,6 @@
 """A data folder, as PCNET3D_DATA names it, out of motion capture that anybody may download:
 
-pcnet3d lab data --cmu allasfamc --hdm05 HDM05 -o data
+pcnet3d lab data --cmu allasfamc --accad BVH --hdm05 HDM05 -o data
 
 The people of each part are those of splits.json beside this module, as the shipped networks know them.
 """
@@ -8,12 +8,12 @@ The people of each part are those of splits.json beside this module, as the ship
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
@@ -23,60 +23,110 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.reading.mocap import Clip, read_mocap
 from .clips import PARTS, subject_of
 from .convert import read_folder
-from .files import write_mocap
+from .files import How, write_mocap
 
 SPLITS = Path(__file__).with_name("splits.json")
 _MADE = "data.json"  # digests of what was made
 # Acclaim's "radius" ends 19 cm from the elbow; the wrist markers of CMU's 01_01 are 29 away, and people's wrists 27.
 _FOREARM = 1.38
+# Arena's upper arm is 65 to 90 % of a real one, which is 1.05 forearms long (de Leva 1996).
+_UPPER_ARM = 1.05
+
+
+def with_whole_forearms(clip: Clip) -> Clip:
+    """The wrists of an Acclaim skeleton, where people have them."""
+    joints = clip.joints.copy()
+    for side in "lr":
+        elbow, wrist = H36M17.indices((f"{side}_elbow", f"{side}_wrist"))
+        joints[:, wrist] = joints[:, elbow] + _FOREARM * (joints[:, wrist] - joints[:, elbow])
+    return replace(clip, joints=joints)
+
+
+def of_accad(clip: Clip) -> Clip:
+    """As splits.json calls the person: m1 is Male1."""
+    person, stroke = f"accad-{clip.subject[0]}{clip.subject[-1]}".lower(), clip.name.partition("_")[2]
+    name = f"{person}_bvh-{stroke.lower().replace('_', '-')}"
+    return replace(clip, name=name, subject=person, source="accad-bvh")
+
+
+def of_tennis(clip: Clip) -> Clip:
+    """As splits.json calls the player, with the upper arms of people, the forearms moved along."""
+    joints = clip.joints.copy()
+    for side in "lr":
+        shoulder, elbow, wrist = H36M17.indices([f"{side}_{part}" for part in ("shoulder", "elbow", "wrist")])
+        upper, forearm = (
+            clip.joints[:, b] - clip.joints[:, a] for a, b in ((shoulder, elbow), (elbow, wrist))
+        )
+        share = _UPPER_ARM * (forearm**2).sum(-1).mean() ** 0.5 / (upper**2).sum(-1).mean() ** 0.5
+        joints[:, elbow] = joints[:, shoulder] + share * upper
+        joints[:, wrist] = joints[:, elbow] + forearm
+    person = f"tennis-{clip.subject.lower()}"
+    name = f"{person}_{clip.name.partition('_')[2]}"
+    return replace(clip, name=name, subject=person, source="arena", joints=joints)
 
 
 @dataclass(frozen=True)
 class Source:
-    """file: in the data folder, without an ending. name, what, address, licence: in words, for who has to fetch it."""
+    """file: in the data folder, without an ending. name, what, address, licence: in words, for who has to fetch it.
+    format: of convert.FORMATS. who: files.How's `subject`. made: what is changed in a clip as it was read."""
 
     file: str
     name: str
     what: str
     address: str
     licence: str
+    format: str
+    made: Callable[[Clip], Clip]
+    who: str | None = None
 
     @property
     def way(self) -> str:
         return f"{self.name} ({self.licence}): download {self.what} from {self.address}, unpack it"
 
 
-CMU = Source(
-    "cmu_mocap", "CMU's motion capture", "all ASF/AMC files", "mocap.cs.cmu.edu",
-    "free for all uses, the data itself not to be resold",
-)  # fmt: skip
-HDM05 = Source(
-    "hdm05_subset", "HDM05", "the cut AMC files with their ASF skeletons", "resources.mpi-inf.mpg.de/HDM05",
-    "CC BY-SA 3.0",
-)  # fmt: skip
+SOURCES = {
+    "cmu": Source(
+        "cmu_mocap", "CMU's motion capture", "all ASF/AMC files", "mocap.cs.cmu.edu",
+        "free for all uses, the data itself not to be resold", "asfamc", with_whole_forearms,
+    ),
+    "accad": Source(
+        "accad_mocap", "ACCAD's Open Motion Project", "the BVH files of Male1, Male2 and Female1",
+        "accad.osu.edu (Motion Lab)", "CC BY 3.0", "bvh", of_accad, r"((?:Male|Female)\d)",
+    ),
+    "tennis": Source(
+        "tennis_mocap", "Tennis-MoCap", "a folder of BVH files for each player",
+        "the authors of LNCS 10125, pp. 309-317", "CC BY-SA 3.0", "bvh", of_tennis,
+    ),
+    "hdm05": Source(
+        "hdm05_subset", "HDM05", "the cut AMC files with their ASF skeletons", "resources.mpi-inf.mpg.de/HDM05",
+        "CC BY-SA 3.0", "asfamc", with_whole_forearms,
+    ),
+}  # fmt: skip
 
 
 def data(
-    output: Annotated[Path, typer.Option("-o", "--output", help="The data folder.")],
-    cmu: Annotated[
-        Path | None, typer.Option(help="Folder of CMU's ASF/AMC files, from mocap.cs.cmu.edu.")
-    ] = None,
-    hdm05: Annotated[
-        Path | None,
-        typer.Option(help="Folder of HDM05's ASF/AMC files, from resources.mpi-inf.mpg.de/HDM05."),
-    ] = None,
+    output: Annotated[Path, Option("-o", "--output", help="The data folder.")],
+    cmu: Annotated[Path | None, Option(help="Folder of CMU's ASF/AMC files.")] = None,
+    accad: Annotated[Path | None, Option(help="Folder of ACCAD's BVH files.")] = None,
+    tennis: Annotated[Path | None, Option(help="Folder of Tennis-MoCap's BVH files.")] = None,
+    hdm05: Annotated[Path | None, Option(help="Folder of HDM05's ASF/AMC files.")] = None,
 ) -> None:
     """Make a data folder for training and evaluation from free motion capture that was downloaded.
 
-    A folder that already has cmu_mocap.npz or hdm05_subset.npz gives that file. What is there is not made again.
+    A folder that already has a file of the data folder gives that file. What is there is not made again. Without a
+    folder it says what to download from where.
     """
-    given = {source: folder for source, folder in ((CMU, cmu), (HDM05, hdm05)) if folder is not None}
+    folders = {"cmu": cmu, "accad": accad, "tennis": tennis, "hdm05": hdm05}
+    given = {name: folder for name, folder in folders.items() if folder is not None}
     if not given:
-        ways = "; ".join(f"{source.way}, and give its folder" for source in (CMU, HDM05))
-        raise InputError("needs-input", f"Expected --cmu FOLDER or --hdm05 FOLDER. {ways}.")
+        ways = "; ".join(
+            f"{source.way}, and give its folder with --{name}" for name, source in SOURCES.items()
+        )
+        raise InputError("needs-input", f"Expected a folder of motion capture. {ways}.")
     refuse_unwritable(output)
     output.mkdir(parents=True, exist_ok=True)
-    for source, folder in given.items():
+    for name, folder in given.items():
+        source = SOURCES[name]
         clips = made(source, folder, output)
         people, minutes = len({subject_of(clip.name) for clip in clips}), sum(map(len, clips)) / 1800
         print(
@@ -106,27 +156,28 @@ def made(source: Source, folder: Path, output: Path) -> tuple[Clip, ...]:
 
 
 def converted(source: Source, folder: Path) -> list[Clip]:
-    """The recordings of a folder, with whole forearms; of CMU those of people who are in a part. InputError for a
-    folder that is not there, and where nothing can be read."""
+    """The recordings of a folder as the data folder has them, of people who are in a part. InputError for a folder that
+    is not there, and where nothing can be read."""
     if not folder.is_dir():
         raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
     listed = json.loads(SPLITS.read_text(encoding="utf-8")).get(source.file, {})
     people = {person for part in PARTS for person in listed.get(part, ())}
+    by_file = (
+        people if source.format == "asfamc" else set()
+    )  # of CMU's thousands of files only theirs are read
     clips, notes = read_folder(
-        folder, "asfamc", only=lambda file: not people or subject_of(file.stem) in people
+        folder,
+        source.format,
+        How(subject=source.who),
+        only=lambda file: not by_file or subject_of(file.stem) in by_file,
     )
     for note in notes:
         say("note", note)
-    return [with_whole_forearms(clip) for clip in clips]
-
-
-def with_whole_forearms(clip: Clip) -> Clip:
-    """The wrists of an Acclaim skeleton, where people have them."""
-    joints = clip.joints.copy()
-    for side in "lr":
-        elbow, wrist = H36M17.indices((f"{side}_elbow", f"{side}_wrist"))
-        joints[:, wrist] = joints[:, elbow] + _FOREARM * (joints[:, wrist] - joints[:, elbow])
-    return replace(clip, joints=joints)
+    clips = [source.made(clip) for clip in clips]
+    kept = [clip for clip in clips if not people or subject_of(clip.name) in people]
+    if not kept:
+        raise InputError("nothing-usable", f"Expected recordings of {', '.join(sorted(people))} in {folder}.")
+    return kept
 
 
 def splits_of(output: Path) -> dict[str, dict[str, Sequence[str]]]:

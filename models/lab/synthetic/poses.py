@@ -1,4 +1,5 @@
-"""Poses that the motion capture does not show: limbs of other motions, limbs within anatomical limits, turned bodies.
+"""Motion that the capture does not show: limbs of other motions, limbs within anatomical limits, turned bodies, other
+people's proportions. Of the lifter's windows and the rectifier's frames alike.
 
 Limbs are directions of their two bones in the frame of the trunk's end that they hang on (front, left, up): a ball
 joint by swing and twist, then a hinge. Ranges are about those of healthy adults (Boone and Azen 1979, rounded up).
@@ -6,16 +7,16 @@ joint by swing and twist, then a hinge. Ranges are about those of healthy adults
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import across, length, picked, rotate, transpose, unit
-from ..common.toml_config import Share
-from .bodies import vector
+from ..common.toml_config import Share, Size
+from .bodies import BodyRange, combine, vary, vector
 from .draw import Draw
 
 _LIMBS = {
@@ -184,3 +185,37 @@ def from_vector(v: Tensor) -> Tensor:
     zero = torch.zeros_like(x)
     K = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1).unflatten(-1, (3, 3))
     return torch.eye(3, device=v.device) + angle.sin() * K + (1 - angle.cos()) * (K @ K)
+
+
+@dataclass(frozen=True)
+class MotionRange:
+    """How far motion is from the capture; the defaults change nothing. Shares are of a batch."""
+
+    combined: Share = 0.0  # the upper body comes from another motion
+    poses: PoseRange = field(default_factory=PoseRange)
+    unchanged: Share = 1.0  # on the captured body
+    real: Share = 0.0  # with the bone lengths of one of the captured people (bodies.proportions)
+    redefined: Share = 0.0  # joints as another source defines them, so far away:
+    redefined_m: Size = 0.02  # standard deviation
+
+
+def varied(
+    captured: Callable[[int], Tensor],
+    count: int,
+    draw: Draw,
+    of: MotionRange,
+    bodies: BodyRange,
+    people: Tensor,
+    fps: float,
+) -> Tensor:
+    """(count, T, 17, 3) metres in the world: joints of captured(number) (number, T, 17, 3), changed by these shares.
+
+    bodies: what bodies are drawn from. people: (N, ...) of bodies.proportions. fps: of the motion.
+    """
+    motion = captured(count)
+    mixed = round(of.combined * count)
+    if mixed:
+        motion = torch.cat([combine(motion[:mixed], captured(mixed)), motion[mixed:]])
+    # Another order of the same motions: poses to take limbs from.
+    motion = posed(motion, motion.roll(1, 0), draw, of.poses, fps)
+    return vary(motion, draw, bodies, people, of.real)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -22,34 +22,23 @@ from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
-from .....pipeline.files.atomic import whole_file, write_text
+from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap import Clip
 from ....common.metrics import joint_error, procrustes_error, scaled
 from ....common.vectors import rotate, transpose, unit
-from ....lifter import SHIPPED
 from ....lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
-from ...common.onnx_file import half_as_large, stored_in, to_onnx
+from ...common.onnx_file import half_as_large, to_onnx
 from ...common.toml_config import Share, Size, read_toml
-from ...common.training import (
-    State,
-    Training,
-    device_of,
-    fingerprint,
-    fit,
-    load_weights,
-    optimisers_of,
-    read_weights,
-    reading,
-)
+from ...common.training import Training, begun, device_of, fingerprint, fit, load_weights
 from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
-from ...mocap.clips import data_set, lying, read_clips, read_parts, trained_on
+from ...mocap.clips import data_set, lying, read_clips, read_parts
 from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ...synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ...synthetic.draw import Draw
 from ...synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise, Spoilt, detect
-from ...synthetic.motion import MotionRange, varied
-from .net import Block, LifterNet, NetConfig
+from ...synthetic.poses import MotionRange, varied
+from .net import LifterNet, NetConfig
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
@@ -294,36 +283,6 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
         partial.write_bytes(model.SerializeToString())
 
 
-def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
-    """The weights of a run's best.pt, or of a network that `export` wrote, such as the shipped lifter.onnx, by their
-    names in LifterNet. InputError when it is neither, or says another reach than net's: dilations are in no weight. Of
-    a best.pt nobody knows them."""
-    if path.suffix.lower() != ".onnx":
-        return read_weights(path)
-    stored = stored_in(path)
-    with reading(path, "a network"):
-        weights = {
-            name: value for name, value in stored.tensors.items() if name.endswith((".weight", ".bias"))
-        }
-        # The exporter turns the matrix of a linear layer and forgets its name, but adds the bias to its product.
-        product = {node.output[0]: node.input[1] for node in stored.nodes if node.op_type == "MatMul"}
-        for node in stored.nodes:
-            matrices = [
-                stored.tensors[product[name]] for name in node.input if product.get(name) in stored.tensors
-            ]
-            biases = [name for name in node.input if name in weights]
-            if node.op_type == "Add" and matrices and biases:
-                weights[biases[0].removesuffix("bias") + "weight"] = matrices[0].T.contiguous()
-        reach = sum(block.dilation for block in net.blocks if isinstance(block, Block))
-        if int(stored.said.get("reach", reach)) != reach:
-            raise InputError(
-                "wrong-network",
-                f"Expected a network with the config's dilations, but {path} reaches {stored.said['reach']} frames, "
-                f"not {reach}.",
-            )
-        return weights
-
-
 class Weights(BaseModel):
     """Of the loss's parts beside the mean distance of joints in metres: the error of the joints' motion from frame to
     frame (metres), of the stated velocities (metres a frame), and the negative log-likelihood of the stated deviations,
@@ -338,14 +297,12 @@ class Weights(BaseModel):
 class TrainConfig(Training):
     """The whole of a training run.
 
-    subjects: "train", or one half of them for cross-fitted lifts. start: of the same `net`: "pcnet3d", the shipped
-    one's, or a run's best.pt or exported network. The first `single` steps see single frames, as many different people
-    and views as there are frames, which teaches geometry several times faster; then windows, `lengths` long and how
-    often (the shares' sum does not matter), teach what time adds.
+    start: best.pt of a run of the same `net`. The first `single` steps see single frames, as many different people and
+    views as there are frames, which teaches geometry several times faster; then windows, `lengths` long and how often
+    (the shares' sum does not matter), teach what time adds.
     """
 
     kind: str = "lifter"
-    subjects: Literal["train", "train-a", "train-b"] = "train"  # nobody who validates or tests it
     frames: PositiveInt  # of a batch, all windows together
     single: NonNegativeInt = 0
     lengths: dict[PositiveInt, NonNegativeFloat]
@@ -363,40 +320,17 @@ class TrainConfig(Training):
 
 def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
     """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, or as of `fit`."""
-    config = read_config(config_file)
-    best = run(config, output, device, minutes, config_file.read_text(encoding="utf-8"))
-    if best is not None:
-        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=trained_on(config))
-
-
-def run(
-    config: TrainConfig,
-    output: Path,
-    device: str = "cpu",
-    minutes: float | None = None,
-    text: str | None = None,
-) -> LifterNet | None:
-    """A run, or the next piece of it: the network that did best, or None where the run is not done. text: the file that
-    the config comes from, kept beside the weights. InputError as of `fit`."""
-    on = device_of(device)
+    config, on = read_toml(config_file, TrainConfig), device_of(device)
     torch.manual_seed(config.seed)
     train, val = clips_of(config)
     net = LifterNet(config.net)
     if config.start is not None:
-        net = started(net, SHIPPED if str(config.start) == "pcnet3d" else config.start)
+        net = load_weights(net, config.start).train()
     net = net.to(on)
     parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
     learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
-    state = State(net, optimisers_of(net, config.schedule, net.matrices()), learns_from)
-    output.mkdir(parents=True, exist_ok=True)
-    state.load(output, config, on)
-    if text is not None:
-        write_text(output / "lifter.toml", text)
-    parameters = sum(p.numel() for p in net.parameters())
-    print(
-        f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",
-        flush=True,
-    )
+    text = config_file.read_text(encoding="utf-8")
+    state = begun(net, net.matrices(), config, text, learns_from, output)
     if on.type == "cuda":  # one graph instead of thousands of small operations; on a CPU it gains nothing
         net.hidden = torch.compile(net.hidden, dynamic=False)  # type: ignore[method-assign]
     windows = Windows(train, config.material, on)
@@ -406,29 +340,9 @@ def run(
         draw = Draw(config.seed, step, on)
         return loss_of_batch(net, windows.batch(draw, *_shape(config, step)), config)
 
-    if not fit(state, config, loss_of, lambda average: judged(average, takes, on), output, minutes):
-        return None
-    return load_weights(LifterNet(config.net), output / "best.pt")
-
-
-def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run. InputError as of load_weights and weights_of."""
-    weights = weights_of(path, net)
-    with reading(path, "weights of this network"):
-        net.load_state_dict(weights)
-    return net.train()
-
-
-def read_config(path: Path) -> TrainConfig:
-    """A training's TOML file. InputError for keys and values that it cannot have."""
-    config = read_toml(path, TrainConfig)
-    if config.subjects != "train" and config.start is not None and config.start.suffix != ".pt":
-        raise InputError(
-            "option-conflict",
-            f'{path}: with subjects = "{config.subjects}", expected `start` to be the best.pt of a run on them; a '
-            "network such as the shipped one has seen the other half. Leave `start` out.",
-        )
-    return config
+    if fit(state, config, loss_of, lambda average: judged(average, takes, on), output, minutes):
+        best = load_weights(LifterNet(config.net), output / "best.pt")
+        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=config.trained_on)
 
 
 def loss_of_batch(net: LifterNet, batch: Batch, config: TrainConfig) -> Tensor:

@@ -10,6 +10,7 @@ the config, and what training.py keeps there.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,28 +25,26 @@ from torch import Tensor, nn
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.core.rotations import geodesic_deg
-from .....pipeline.files.atomic import whole_file, write_text
+from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap import Clip
 from ....common.onnx import session_of
 from ....shipped import PCNET
 from ...common.onnx_file import stored_in, to_onnx
 from ...common.toml_config import Share, Size, read_toml
 from ...common.training import (
-    State,
     Training,
+    begun,
     device_of,
     fingerprint,
     fit,
     load_weights,
-    optimisers_of,
     read_weights,
     reading,
 )
-from ...mocap.clips import Parts, Subjects, lying, read_clips, read_parts, trained_on
+from ...mocap.clips import Parts, Subjects, lying, read_clips, read_parts
 from ...synthetic.bodies import BodyRange, proportions, redefined
 from ...synthetic.draw import Draw
-from ...synthetic.joint_errors import flipped, noisy, present
-from ...synthetic.motion import MotionRange, varied
+from ...synthetic.poses import MotionRange, varied
 from ...synthetic.views import (
     Lifted,
     Targets,
@@ -182,6 +181,45 @@ class TrainingFrames:
         R = torch.where(mirrored, R * across[:, None] * body, R)
         roll = about(2, draw.uniform((-self.mixture.roll_deg, self.mixture.roll_deg), count))
         return rotate(roll, joints), rotate(roll, truth), roll @ R
+
+
+_FLIPPED = {
+    f"{side}_{joint}": [f"{side}_{part}" for part in below]
+    for side in "lr"
+    for joint, below in {
+        "hip": ("knee", "ankle"), "knee": ("ankle",), "shoulder": ("elbow", "wrist"), "elbow": ("wrist",),
+    }.items()
+}  # fmt: skip
+
+
+def flipped(joints: Tensor, draw: Draw, share: float) -> Tensor:
+    """joints (B, 17, 3) in CAMERA axes, limb bones of a share of the bodies turned over in depth, as lifters do to what
+    the image cannot tell; the image stays the same."""
+    out = joints.clone()
+    some = draw.share(share, len(out))
+    for joint, below in _FLIPPED.items():
+        at, rows = H36M17.index(joint), H36M17.indices(below)
+        change = -2 * (out[:, rows[0], 2] - out[:, at, 2]) * (some & draw.share(0.2, len(out)))
+        out[:, rows, 2] += change[:, None]
+    return out
+
+
+def noisy(joints: Tensor, draw: Draw, share: float, most_m: float) -> Tensor:
+    """joints (B, 17, 3) in CAMERA axes, a share of the bodies with Gaussian noise of a standard deviation of up to
+    most_m, twice that in depth; relative to the pelvis, whose own noise thereby is all joints'."""
+    count = len(joints)
+    std = draw.uniform((0.0, most_m), count, 1, 1) * draw.share(share, count, 1, 1)
+    out = joints + std * draw.normal(*joints.shape) * torch.tensor([1.0, 1.0, 2.0], device=joints.device)
+    return out - out[:, [H36M17.index("pelvis")]]
+
+
+def present(draw: Draw, count: int, missing: float) -> Tensor:
+    """(count, 17) False for about one to six joints of a share of the frames, never for the pelvis."""
+    gone = draw.share(draw.uniform((0.05, 0.35), count, 1), count, len(H36M17)) & draw.share(
+        missing, count, 1
+    )
+    gone[:, H36M17.index("pelvis")] = False
+    return ~gone
 
 
 _BONES = [H36M17.indices(bone) for bone in H36M17.bones]
@@ -420,8 +458,7 @@ _HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 class TrainConfig(Training):
     """The whole of a training run.
 
-    kind: what `pcnet3d lab train` trains with this file. name: of the network's file, and what results call it.
-    subjects: mocap.clips.Subjects to train on.
+    name: of the network's file, and what results call it.
     lifted: files of `pcnet3d lab testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted_val: the same of val subjects, by a lifter that never saw them; with it, the best weights are the best on
         these.
@@ -432,7 +469,6 @@ class TrainConfig(Training):
 
     kind: str = "pcnet"
     name: str = Field("pcnet", pattern=r"^[\w.-]+$")
-    subjects: Subjects
     lifted: tuple[Path, ...] = ()
     lifted_val: tuple[Path, ...] = ()
     targets: Targets = "body"
@@ -461,14 +497,8 @@ def train(
         net = started(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start).train()
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
-    state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
+    state = begun(net, matrices, config, text, learns_from, output)
     net.bf16 = config.bf16  # and not what is judged, state.average
-    output.mkdir(parents=True, exist_ok=True)
-    state.load(output, config, on)
-    write_text(output / "pcnet.toml", text)
-    print(
-        f"{sum(p.numel() for p in net.parameters()):,} parameters, {on}, from step {state.step}", flush=True
-    )
 
     def loss_of(step: int) -> torch.Tensor:
         joints, valid, truth, R = frames.batch(Draw(config.seed, step, on), config.batch)
@@ -482,8 +512,23 @@ def train(
         deployed = Deployed(best_of(config, output), config.symmetric).to(on)
         calibrate(deployed, checks.get("lifted", checks["paper"]))
         print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
-        said = {"trained_on": trained_on(config), "targets": config.targets}
+        said = {"trained_on": config.trained_on, "targets": config.targets}
         export(deployed, output / f"{config.name}.onnx", **said, name=config.name)
+
+
+def step_s(config: TrainConfig, device: torch.device) -> float:
+    """How many seconds a step of such a training takes there, but for making its frames: the second of two."""
+    net, taken = PCNet(config.net).to(device), 0.0
+    joints = torch.randn(config.batch, JOINTS, 3, device=device)
+    valid = torch.ones(joints.shape[:2], device=device)
+    truth = Truth(joints, torch.eye(3, device=device).expand(config.batch, 3, 3), valid)
+    for _ in range(2):
+        start = time.perf_counter()
+        loss = total(net, net(joints, valid), joints, truth, config.weights)
+        loss.backward()
+        float(loss.detach())  # waits for a GPU
+        taken = time.perf_counter() - start
+    return taken
 
 
 def read_config(path: Path) -> TrainConfig:

@@ -7,7 +7,7 @@ import pytest
 
 import commands
 from pcnet3d.models.lab.common.modules import run_command
-from pcnet3d.models.lab.common.testbed_file import read_testbed
+from pcnet3d.models.lab.synthetic.views import read_testbed
 from pcnet3d.pipeline import InputError
 
 HELD = {

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from golden.virtual import exact, walked
-from pcnet3d.models.lab.errors.fit import STRANGERS
-from pcnet3d.models.lab.evaluation.gait import PAGE, Difference, JudgedGait, Mean, judge, one_kind
-from pcnet3d.models.lab.evaluation.tables import written
+from pcnet3d.models.lab.evaluation.gait import SIDES_APART, Judged, JudgedGait, judge, one_kind
+from pcnet3d.models.lab.evaluation.judge import STRANGERS
 from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.rectifier.geometric import Geometric
 
@@ -17,36 +16,31 @@ def judged():
     return judge(Geometric(), exact(walked("walker", seconds=8, turn_deg=0), scale=1))
 
 
-def of_person(person, means, differences):
-    """A walk that is judged by these means and differences alone."""
-    path = "true path"
-    return JudgedGait(person, "walking", (1, 1), {}, {path: means}, {path: differences})
+def of_person(person, name, found, *counts, **others):
+    """A walk that is judged by one figure alone, whose truth is 0."""
+    judged = Judged(found, 0.0, 0.7, counts, "walking", 0.9, **others)
+    return JudgedGait(person, "walking", (1, 1), {}, {"true path": {name: judged}})
 
 
 def test_true_joints_have_true_steps(judged):
     assert judged.kind == "walking"
     assert judged.steps[0] == judged.steps[1] >= 3
-    means = judged.means["true path"]
+    means = judged.figures["true path"]
     assert means["step_time_s"].found == pytest.approx(means["step_time_s"].true, abs=0.02)
     assert means["step_length"].found == pytest.approx(means["step_length"].true, abs=0.03)
     assert means["walking_speed"].true == pytest.approx(1.25, rel=0.04)
-    difference = judged.differences["true path"]["step_length"]
+    difference = means["step_length" + SIDES_APART]
     assert difference.size == pytest.approx(means["step_length"].true, rel=0.02)
     assert abs(difference.true) < 0.02
     assert abs(difference.found) < 1.645 * difference.sd("step_length")
 
 
 def test_the_report_has_every_row(judged):
-    table = one_kind([judged])
-    heading = {"pcnet3d": "0", "lifter": "l", "rectifier": "r", "seed": 0, "bed": "wild"}
-    page = written({**heading, "sets": {"here": {"walking": table, "false steps": 2}}}, PAGE)
-    for said in (
-        "| here | walking | initial contact |",
-        "| here | walking | step_width, focal known |",
-        "| here | walking | step_length, right less left, focal known |",
-        "| here | 2 |",
-    ):
-        assert said in page
+    figures = one_kind([judged])["figures"]
+    assert {"step_width, focal known", "step_length, right less left, focal known", "stance_percent"} <= set(
+        figures
+    )
+    assert set(one_kind([judged])["events"]) == {"initial contact", "toe-off"}
 
 
 def test_fitted_errors_hold_nine_in_ten():
@@ -54,7 +48,7 @@ def test_fitted_errors_hold_nine_in_ten():
     count, scatters = rng.integers(3, 40, 600), rng.uniform(0, 0.2, 600)
     errors = rng.normal(0, np.hypot(0.01, 2.0 * scatters / count))
     takes = [
-        of_person(f"person {i % 7}", {"step_time_s": Mean(e, 0.0, int(n), scatter, "walking", 0.9, {})}, {})
+        of_person(f"person {i % 7}", "step_time_s", e, int(n), scatter=scatter)
         for i, (e, n, scatter) in enumerate(zip(errors, count, scatters, strict=True))
     ]
     parts = fit_errors(takes)["walking"]["step_time_s"]
@@ -71,8 +65,7 @@ def test_gaits_far_from_the_usual_err_by_more_and_every_person_counts_the_same()
     errors = rng.normal(0, np.hypot(1.0, 0.5 * (stance - 62)))
 
     def take(person: str, error: float, share: float) -> JudgedGait:
-        mean = Mean(error, 0.0, 10, 0.0, "walking", 0.9, {"stance_percent": share})
-        return of_person(person, {"stance_percent": mean}, {})
+        return of_person(person, "stance_percent", error, 10, scatter=0.0, style={"stance_percent": share})
 
     takes = [take(f"person {i % 20}", e, at) for i, (e, at) in enumerate(zip(errors, stance, strict=True))]
     parts = fit_errors(takes)["walking"]["stance_percent"]
@@ -88,7 +81,7 @@ def test_people_with_few_walks_do_not_narrow_the_errors_of_all_others():
     people = [*(f"person {i % 4}" for i in range(8)), *["often filmed"] * 100]
     errors = [*rng.normal(0, 0.002, 8), *rng.normal(0, 0.02, 100)]
     takes = [
-        of_person(person, {"stance_time_s": Mean(error, 0.0, 5, 0.0, "walking", 0.9, {})}, {})
+        of_person(person, "stance_time_s", error, 5, scatter=0.0)
         for person, error in zip(people, errors, strict=True)
     ]
     parts = fit_errors(takes)["walking"]["stance_time_s"]
@@ -104,11 +97,7 @@ def test_fitted_errors_of_differences_hold_nine_in_ten_from_every_side():
     sd = np.sqrt((0.1 * depth) ** 2 + 0.04**2 * (1 / counts).sum(axis=1))
     errors = rng.normal(0, sd)
     takes = [
-        of_person(
-            f"person {i % 7}",
-            {},
-            {"step_length": Difference(0.9 * e, 0.0, 0.7, tuple(n), "walking", 0.9, far)},
-        )
+        of_person(f"person {i % 7}", "step_length" + SIDES_APART, 0.9 * e, *n, depth=far)
         for i, (e, n, far) in enumerate(zip(errors, counts, depth, strict=True))
     ]
     parts = fit_differences(takes)["walking"]["step_length"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.evaluation.motion_class import CLASSES, motion_classes
+from pcnet3d.models.lab.evaluation.lifter import CLASSES, motion_classes
 from pcnet3d.pipeline import H36M17
 
 FPS = 30.0

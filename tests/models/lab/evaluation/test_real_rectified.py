@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.lab.evaluation import sets
+from pcnet3d.models.lab.evaluation import runs as sets
 from pcnet3d.models.lab.evaluation.real_rectified import consistency, real_poses, spread_deg
 
 

@@ -4,9 +4,8 @@ import json
 
 import pytest
 
-from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.models.lab.evaluation.repetitions import LABELS, Judged, found_in, judge
-from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
+from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, Question, finished
 
 TAKES = ("14_04", "14_05", "118_03", "118_06", "118_10", "118_30")  # raises of an arm, knee bends
 

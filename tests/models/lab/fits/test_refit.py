@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pcnet3d.models.lab.errors import report
-from pcnet3d.models.lab.evaluation.sets import Question
+from pcnet3d.models.lab.evaluation import errors as report
+from pcnet3d.models.lab.evaluation.runs import Question
 from pcnet3d.models.lab.fits import refit as module
 from pcnet3d.models.lab.fits.refit import Step, refit, steps
 from pcnet3d.pipeline.core.errors import InputError

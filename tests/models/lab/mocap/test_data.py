@@ -1,7 +1,9 @@
 """A data folder out of what anybody may download."""
 
 import json
+import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +11,14 @@ import pytest
 
 from commands import pcnet3d, refused, succeeded
 from pcnet3d.models.lab.mocap.clips import read_clips
-from pcnet3d.models.lab.mocap.data import SPLITS, with_whole_forearms
+from pcnet3d.models.lab.mocap.data import SPLITS, of_accad, of_tennis, with_whole_forearms
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.reading.mocap import read_mocap
 
 SAMPLE = Path(__file__).parents[3] / "data"
 
 
-def test_the_sample_becomes_a_folder_that_evaluation_reads(tmp_path):
+def test_the_sample_becomes_a_folder_by_which_a_row_of_the_readme_is_measured(tmp_path):
     done = succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path / "data"))
     assert "55 clips of 19 people" in done.stdout
     for part in ("train", "val", "test"):
@@ -26,6 +28,12 @@ def test_the_sample_becomes_a_folder_that_evaluation_reads(tmp_path):
     before = (tmp_path / "data" / "cmu_mocap.npz").stat().st_mtime_ns
     succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path / "data"))
     assert (tmp_path / "data" / "cmu_mocap.npz").stat().st_mtime_ns == before
+    asked = ("takes", "--sets", "cmu", "--because", "the first row", "-o", tmp_path / "takes")
+    succeeded(pcnet3d("lab", "evaluate", *asked, PCNET3D_DATA=str(tmp_path / "data")))
+    takes = json.loads((tmp_path / "takes" / "evaluation.json").read_text())["takes"]
+    methods = takes["CMU test, lifted, upright, 2 s and more"]["methods"]
+    means = {re.sub("@\\w+", "", name): of["by person"]["rotation"]["mean"] for name, of in methods.items()}
+    assert means["geometric, a frame"] > means["pcnet, a frame"] > means["pcnet, a take, with its image"]
 
 
 def test_a_file_that_was_changed_since_is_refused(tmp_path):
@@ -58,10 +66,31 @@ def test_recordings_are_converted_with_whole_forearms(acclaim, tmp_path):
     assert split["cmu_mocap"] == {"train": [], "val": ["07"], "test": []}
 
 
-@pytest.mark.parametrize("words", [(), ("--cmu", "nowhere")])
-def test_where_nothing_is_it_says_what_to_fetch_from_where(tmp_path, words):
+def test_of_accad_and_tennis_people_are_named_as_the_splits_name_them(clips):
+    """And Arena's short upper arms become as long as people's, beside forearms that stay."""
+    clip = replace(clips["train"][0], name="Male1_A5_PickUpBox", subject="Male1", source="bvh")
+    walk = of_accad(clip)
+    assert (walk.name, walk.subject, walk.source) == ("accad-m1_bvh-a5-pickupbox", "accad-m1", "accad-bvh")
+    serve = of_tennis(replace(clip, name="JAngel_Servicio", subject="JAngel"))
+    assert (serve.name, serve.subject, serve.source) == ("tennis-jangel_Servicio", "tennis-jangel", "arena")
+
+    def length(of, *bone):
+        a, b = H36M17.indices(bone)
+        return np.sqrt((np.linalg.norm(of.joints[:, a] - of.joints[:, b], axis=-1) ** 2).mean())
+
+    for side in "lr":
+        forearm = length(serve, f"{side}_elbow", f"{side}_wrist")
+        assert forearm == pytest.approx(length(clip, f"{side}_elbow", f"{side}_wrist"), rel=1e-5)
+        assert length(serve, f"{side}_shoulder", f"{side}_elbow") == pytest.approx(1.05 * forearm, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [((), "mocap.cs.cmu.edu"), ((), "accad.osu.edu"), (("--cmu", "nowhere"), "all ASF/AMC files")],
+)
+def test_where_nothing_is_it_says_what_to_fetch_from_where(tmp_path, words, what):
     said = pcnet3d("lab", "data", *words, "-o", "data", cwd=tmp_path)
-    refused(said, "download all ASF/AMC files from mocap.cs.cmu.edu")
+    refused(said, "download", what)
     assert not (tmp_path / "data" / "cmu_mocap.npz").exists()
 
 

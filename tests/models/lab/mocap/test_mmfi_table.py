@@ -58,9 +58,8 @@ def test_the_table(tree, tmp_path, capsys):
     out = tmp_path / "out"
     mmfi(tree, out, steps=3, config=tmp_path / "tiny.toml", device="cpu", threads=1)
     assert (out / "mmfi.md").read_text() in capsys.readouterr().out
-    rows = {
-        (row["trained"], row["tested"]): row for row in json.loads((out / "mmfi.json").read_text())["rows"]
-    }
+    tested = json.loads((out / "mmfi.json").read_text())["rows"]
+    rows = {(trained, part): row for part, of in tested.items() for trained, row in of.items()}
     assert set(rows) == {(a, b) for a in ("geometric", "S2", "S3") for b in ("S2", "S3")}
     assert all(row["frames"] == 3 * 40 for row in rows.values())
     for (trained, tested), row in rows.items():

@@ -71,14 +71,6 @@ def test_tennis_is_a_test_set_of_its_own(folder):
         read_clips("tennis", folder)
 
 
-def test_halves_of_the_train_subjects_share_nobody(folder):
-    a, b = names(read_clips("train-a", folder)), names(read_clips("train-b", folder))
-    assert a
-    assert b
-    assert not a & b
-    assert a | b == names(read_clips("train", folder))
-
-
 def test_lying_is_told_by_the_trunk():
     joints = np.zeros((1, 17, 3))
     for angle, expected in ((0, False), (50, False), (70, True), (90, True), (170, True)):
@@ -150,7 +142,7 @@ def test_a_subject_in_two_parts_is_refused(folder):
 
 
 def test_unknown_part_and_missing_split_are_refused(folder):
-    with pytest.raises(InputError, match="train-a"):
+    with pytest.raises(InputError, match="tennis"):
         read_clips("everything", folder)
     (folder / "splits.json").write_text("[" * 100_000)
     with pytest.raises(InputError, match=r"splits\.json"):
@@ -169,7 +161,7 @@ MINUTES_AND_PEOPLE = {  # of the third edition, by its README
 
 @pytest.fixture(scope="module")
 def real(data):
-    return {part: read_clips(part, data) for part in ("train", "train-a", "train-b", "val", "test", "tennis")}
+    return {part: read_clips(part, data) for part in ("train", "val", "test", "tennis")}
 
 
 def minutes(clips):
@@ -191,6 +183,3 @@ def test_nobody_is_in_two_real_parts(real):
     parts = [{person(one) for one in real[part]} for part in ("train", "val", "test", "tennis")]
     assert len(set().union(*parts)) == sum(map(len, parts))
     assert all(None not in part for part in parts[1:])
-    halves = [{person(one) for one in real[part]} - {None} for part in ("train-a", "train-b")]
-    assert not halves[0] & halves[1]
-    assert halves[0] | halves[1] == parts[0] - {None}

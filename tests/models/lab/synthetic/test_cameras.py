@@ -10,9 +10,15 @@ from pcnet3d.pipeline.core.layouts import LIMBS
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 from pcnet3d.models.lab.synthetic import cameras as module  # noqa: E402
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place  # noqa: E402
+from pcnet3d.models.lab.synthetic.cameras import (  # noqa: E402
+    PLACES,
+    TYPICAL,
+    WILD,
+    Cameras,
+    ViewRange,
+    place,
+)
 from pcnet3d.models.lab.synthetic.draw import Draw, NumpyDraw  # noqa: E402
-from pcnet3d.models.lab.synthetic.places import PLACES  # noqa: E402
 
 
 @pytest.fixture

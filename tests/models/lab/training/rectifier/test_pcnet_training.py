@@ -165,7 +165,7 @@ def test_the_recipes_can_be_read_and_written(name, tmp_path):
     from pcnet3d.models.lab.common.toml_config import as_toml
 
     config = module.read_config(files("pcnet3d.models.lab.training.rectifier").joinpath(f"{name}.toml"))
-    assert config.subjects == "train"
+    assert config.trained_on == "train"
     if name == "mmfi":  # the paper's, which are the defaults
         assert (config.net, config.weights, config.targets) == (module.NetConfig(), module.Weights(), "axes")
     (tmp_path / "again.toml").write_text(as_toml(config))

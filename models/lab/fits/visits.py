@@ -2,11 +2,11 @@
 
 A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
 and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
-each run ranges of motion, right less left and one repetition less another are held against the truth (within.py).
-Written as models/angle_error/repeatability.json: what the errors of ranges are made of; for every figure the factor on
-the errors of both, added as independent ones, that brings nine in ten differences inside, every person counting the
-same (judge.py); and how heavy the tails of differences of two visits are. One draw of cameras and detectors tells
-little of so few people: there are several.
+each run ranges of motion, right less left and one repetition less another are held against the truth
+(evaluation/figures.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of; for
+every figure the factor on the errors of both, added as independent ones, that brings nine in ten differences inside,
+every person counting the same (evaluation/judge.py); and how heavy the tails of differences of two visits are. One draw
+of cameras and detectors tells little of so few people: there are several.
 """
 
 from __future__ import annotations
@@ -43,16 +43,14 @@ from ...angle_error.repeatability import (
     same_place,
 )
 from ...common.metrics import SD_90
-from ..evaluation.finished import Configuration, given, recipe_of
-from ..evaluation.sets import EvaluationSet, evaluation_sets
+from ..evaluation import judge
+from ..evaluation.figures import ranges, repetitions, true_angles
+from ..evaluation.judge import STRANGERS, Stated, fitted, with_bars
+from ..evaluation.runs import Configuration, EvaluationSet, evaluation_sets, given, recipe_of
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import lying
 from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
-from . import judge
-from .fit import STRANGERS, fitted, with_bars
-from .judge import Stated
-from .within import ranges, repetitions, true_angles
 
 Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
 Visit = tuple[Kind, str, str, int]
@@ -137,7 +135,7 @@ def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visi
 
 def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> Iterator[Visits | Stated]:
     """Pairs of sides and of repetitions of one run, and its ranges, known by what their errors are made of. truth: of
-    within.true_angles."""
+    figures.true_angles."""
     of, lasts_s = ranges(take, truth), _lasts_s(clip)
     groups = take.figures.group("range_of_motion")
     for name, one in of.items():

@@ -10,16 +10,23 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.posture import POSTURES
 from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.models.lab.errors import judge, report
-from pcnet3d.models.lab.errors.judge import Stated
-from pcnet3d.models.lab.errors.movements import compared
-from pcnet3d.models.lab.errors.paths import motions, paths, place
-from pcnet3d.models.lab.errors.statements import angles, joints, rotation, statements, up
-from pcnet3d.models.lab.evaluation import sets
-from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.models.lab.evaluation import errors as report
+from pcnet3d.models.lab.evaluation import judge
+from pcnet3d.models.lab.evaluation import runs as sets
+from pcnet3d.models.lab.evaluation.figures import figures
+from pcnet3d.models.lab.evaluation.judge import Stated
+from pcnet3d.models.lab.evaluation.runs import Configuration, finished
+from pcnet3d.models.lab.evaluation.statements import (
+    angles,
+    joints,
+    motions,
+    paths,
+    place,
+    rotation,
+    statements,
+    up,
+)
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.measures import Measure, Measures, Moments
-from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
 from pcnet3d.pipeline.reading.mocap import Clip
@@ -154,23 +161,26 @@ def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact, rows)
     assert list(joints(exact.take, exact.truth, rows)) == []
 
 
-def test_nothing_but_joints_is_judged_of_a_take_that_is_not_levelled_and_nothing_of_a_refused_one(exact):
+def test_nothing_but_joints_and_place_is_judged_of_a_take_that_is_not_levelled_and_nothing_of_a_refused_one(
+    exact,
+):
     covariance = np.broadcast_to(0.01 * np.eye(3), (*exact.truth.truth.shape, 3))
     stated = with_covariance(exact.take, exact.truth, 0.0, covariance)
     refused = replace(stated.need("rectified"), level_ok=False, level_reason="lying")
-    found = [one.statement for one in statements(replace(exact, take=stated.with_(rectified=refused)))]
-    assert found == ["joints", "joints in depth", "joints across"]
-    for source in report.SOURCES:
-        assert list(source(replace(exact, take=None))) == []
+    unlevelled = replace(exact, take=stated.with_(rectified=refused))
+    found = [one.statement for one in (*statements(unlevelled), *figures(unlevelled))]
+    assert found[:3] == ["joints", "joints in depth", "joints across"]
+    assert all(name.startswith(("pelvis", "body's size")) for name in found[3:])
+    assert list(statements(replace(exact, take=None))) == []
 
 
 def placed(exact, factor, sd):
     """The poses with their pelvis `factor` times as far away."""
     frames = len(exact.truth.truth)
     return exact.take.need("poses").with_(
-        path=RootPath(
-            factor * exact.truth.joints_camera[:, 0], np.tile(sd**2 * np.eye(3), (frames, 1, 1)), (0.037, 0.0)
-        ),
+        root=factor * exact.truth.joints_camera[:, 0],
+        root_covariance=np.tile(sd**2 * np.eye(3), (frames, 1, 1)),
+        root_shared=(0.037, 0.0),
     )
 
 
@@ -210,37 +220,14 @@ def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact, rows
     np.testing.assert_array_equal(moved["ankle position, m"].error, found["ankle position, m"].error)
 
 
-def test_a_focal_length_that_nobody_told_is_judged(exact):
+def test_a_focal_length_that_nobody_told_is_judged(exact, rows):
     camera = replace(exact.take.need("camera"), focal_px=1.1 * exact.truth.focal_px, focal_sd_px=1.0)
-    told = {one.statement for one in paths(exact)}
-    guessed = replace(exact, take=exact.take.with_(camera=replace(camera, focal_source="prior")))
-    one = next(one for one in paths(guessed) if one.statement == "focal length, %")
+    told = {one.statement for one in paths(exact.take, exact.truth, rows)}
+    guessed = exact.take.with_(camera=replace(camera, focal_source="prior"))
+    one = next(one for one in paths(guessed, exact.truth, rows) if one.statement == "focal length, %")
     assert "focal length, %" not in told
     assert one.error == pytest.approx([100 * (1 - 1 / 1.1)])
     assert share(one) == 0
-
-
-def repeated(*peaks, error=2.0, **means):
-    """Rows of a movement whose repetitions reach their peak at (seconds, degrees)."""
-    rows = [Measure("peak", height, error, number=i) for i, (_, height) in enumerate(peaks)]
-    times = {"start": -0.5, "stop": 0.5}
-    rows += [Moments(name, tuple(at + off for at, _ in peaks)) for name, off in times.items()]
-    return Measures((*rows, *(Measure(name, value, error) for name, value in means.items())))
-
-
-def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_many():
-    true = repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=90.0)
-    errors, half = compared(repeated((2.1, 85.0), (3.0, 97.0), (9.0, 50.0), mean_rise=80.0), true)[
-        "peak, deg"
-    ]
-    assert errors.tolist() == [5.0, -3.0]
-    assert half == pytest.approx([SD_90 * 2] * 2)
-    same = compared(repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=80.0), true)
-    assert same["mean rise, deg"][0].tolist() == [-10.0]
-    fewer = compared(repeated((2.1, 85.0), mean_rise=80.0), true)
-    assert set(fewer) == {"peak, deg"}
-    assert compared(repeated(), true) == {}
-    assert np.isnan(compared(repeated((1.0, 90.0), error=None), true)["peak, deg"][1]).all()
 
 
 @pytest.fixture

@@ -1,7 +1,9 @@
-"""Finished takes with their truth, in every configuration that a run can have: what stated errors are judged by.
+"""What a report is asked, and what it judges: whose takes before what cameras, lifted by what; and finished takes with
+their truth, in every configuration that a run can have.
 
-A take here is what `pcnet3d run` leaves before it writes files: the stages of the default recipe, from keypoints of the
-test bed on, or of a real video with truth, so that what is judged is what a user gets.
+A finished take is what `pcnet3d run` leaves before it writes files: the stages of the default recipe, from keypoints of
+the test bed on, or of a real video with truth, so that what is judged is what a user gets. Other lifters than the
+built-in one are a user's own, whose answers are files (testbed.Answers), or simulated.
 """
 
 from __future__ import annotations
@@ -10,41 +12,225 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, Literal, get_args
 
 import numpy as np
+import torch
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import Look
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.pose import MadeBy
-from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.core.pose import MadeBy, PoseSequence, package_version
+from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
+from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.load import read_video
 from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
+from ....pipeline.signals.filters import each_path
 from ...angle_error.posture import features, growth
 from ...common.canonical import R_world_from_body
+from ...common.metrics import relative
 from ...gravity.view import camera_of, known_camera
+from ...lifter.builtin import lift
 from ...lifter.features import body_rays
-from ..mocap.clips import lying
-from .foreign import Foreign
+from ..mocap.clips import Subjects, data_set, lying, read_clips
+from ..synthetic.cameras import ViewRange
+from ..synthetic.draw import NumpyDraw
+from ..synthetic.keypoint_noise import detect
 from .real_data import MOVING, found_keypoints, mid_hips, read_moving, whole_body
-from .sets import EvaluationSet, Question
-from .take_answers import simulated_look
-from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
+from .testbed import (
+    BEDS,
+    MIN_FRAMES,
+    Answers,
+    Bed,
+    LiftedTake,
+    SeenTake,
+    lifted_takes,
+    see,
+    simulated_look,
+)
 
 _LOOK_EVERY = 10  # frames of a moving camera whose image is asked for up
 _ANSWERED = 0.8  # share of them that tells it
 _FILES = ("record", "export", "report")  # stages that only write
 
+Sets = Literal["test", "val", "tennis", "cmu"]
+
+
+@dataclass(frozen=True)
+class EvaluationSet:
+    """label: its name in tables. subjects: whose clips; of: those of that data set only (clips.data_set)."""
+
+    label: str
+    subjects: Subjects
+    of: str | None = None
+
+    def clips(self) -> tuple[Clip, ...]:
+        """The motion capture of the set; InputError where the data is not, or no take of it is long enough."""
+        clips = tuple(clip for clip in read_clips(self.subjects) if self.has(clip))
+        if not any(len(clip) >= MIN_FRAMES for clip in clips):
+            raise InputError(
+                "nothing-usable",
+                f"Expected a take of {MIN_FRAMES} frames or more for the set {self.label}, but the motion capture has "
+                "none; set PCNET3D_DATA to a folder that has one.",
+            )
+        return clips
+
+    def has(self, clip: Clip) -> bool:
+        return self.of is None or data_set(clip) == self.of
+
+
+def evaluation_sets(sets: Sets = "val") -> tuple[EvaluationSet, ...]:
+    """Sets of people whom no network was taught by: "test", those that figures are published of, of whom "cmu" is the
+    half that anybody may have, and "tennis", others at match pace; "val", those that networks and constants are chosen
+    by."""
+    if sets == "tennis":
+        return (EvaluationSet("Tennis test", "tennis"),)
+    if sets != "val":
+        return (EvaluationSet("CMU test", "test"), EvaluationSet("HDM05", "hdm05"))[
+            : 1 if sets == "cmu" else 2
+        ]
+    return (
+        EvaluationSet("CMU val", "val", of="cmu"),
+        EvaluationSet("ACCAD m1", "val", of="accad"),
+        EvaluationSet("Tennis val", "val", of="tennis"),
+    )
+
+
+@dataclass(frozen=True)
+class Question:
+    """What every report is asked. rectifiers: those that are judged. lifter: what lifts (lifter.builtin.lift).
+    seed: of cameras and detectors. people: whose takes, before the cameras of `bed`; None for a report on other data.
+    """
+
+    rectifiers: tuple[Rectifier, ...] = ()
+    lifter: str | Path = "pcnet3d"
+    seed: int = 0
+    people: Sets | None = "val"
+    bed: Bed = "wild"
+
+    @property
+    def sets(self) -> tuple[EvaluationSet, ...]:
+        return evaluation_sets(self.people) if self.people else ()
+
+    @property
+    def views(self) -> ViewRange:
+        return BEDS[self.bed]
+
+    def takes(self, of: EvaluationSet, focal_known: bool = False) -> Iterator[LiftedTake]:
+        """The set's lifted takes (testbed.lifted_takes), counted on the screen."""
+        takes = lifted_takes(
+            of.subjects, self.seed, model=self.lifter, focal_known=focal_known, views=self.views, only=of.has
+        )
+        yield from each(takes, f"{of.label} takes", len(of.clips()))
+
+    def lift(
+        self,
+        keypoints: PoseSequence,
+        image_size: tuple[int, int],
+        focal_px: float | None = None,
+        up: np.ndarray | None = None,
+    ) -> PoseSequence:
+        """lifter.builtin.lift by the lifter that is judged."""
+        return lift(keypoints, image_size, focal_px, model=self.lifter, up=up)
+
+    def lift_seen(
+        self, seen: SeenTake, focal_px: float | None = None, up: np.ndarray | None = None
+    ) -> PoseSequence:
+        """The lift of a take of the test bed."""
+        return self.lift(seen.keypoints, seen.image_size, focal_px, up)
+
+    def heading(self) -> dict[str, Any]:
+        """What reports say first: versions and settings; the seed and the cameras of those that have them."""
+        said = {"pcnet3d": package_version(), "lifter": str(self.lifter)}
+        return said | ({"seed": self.seed, "bed": self.bed} if self.people else {})
+
+
+Kind = Literal["squeezed", "tilted", "noisy", "smoothed", "lagged", "own"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+_SQUEEZED = (0.6, 0.9)  # of depth, from take to take
+_TILT_DEG = 10.0  # standard deviation from take to take, to the front and to the side
+_NOISE_M = (0.015, 0.015, 0.04)  # standard deviation in every frame, each joint: right, down, away
+_SLOW_S = 0.25  # standard deviation of the smoothing's window
+_LAG_S = 0.1
+# Slow errors of each joint, and how long they last; half of it all the take.
+_OWN_M, _OWN_S = ((0.02, 0.02, 0.06), 0.5)
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A lifter that does what others are known to do. kinds: each lifts some of the takes, all about as many.
+
+    Depth that is squeezed, a body that leans, noise in every frame, smoothing, answers that lag behind, and joints that
+    are wrong in a way of their own. All but the last begin with the built-in lifter's answer to other keypoints of the
+    same images, so that they share its errors, as networks do that saw the same training data; the last begins with the
+    truth and shares none."""
+
+    kinds: tuple[Kind, ...] = KINDS
+
+    @property
+    def name(self) -> str:
+        return f"simulated ({', '.join(self.kinds)})"
+
+    def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
+        """As `Answers` gives them."""
+        number = zlib.crc32(truth.clip.encode())
+        kind = self.kinds[number % len(self.kinds)]
+        rng = np.random.default_rng([seed, number, 5])
+        made_by = MadeBy("estimated", f"simulated ({kind})")
+        seen = truth.keypoints
+        if kind == "own":
+            joints = _own(truth.truth, seen.fps, rng)
+            frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
+            return seen.with_(joints=relative(joints), frame=frame, confidence=None, made_by=made_by)
+        at = truth.joints_camera[None]
+        exact = truth.focal_px * at[..., :2] / at[..., 2:] + np.array(truth.image_size) / 2
+        pixels, confidence = detect(torch.from_numpy(exact), torch.from_numpy(at), NumpyDraw(rng), seen.fps)
+        found = seen.with_(joints=pixels[0].numpy(), confidence=confidence[0].numpy())
+        poses = lift(found, truth.image_size)
+        joints = _changed(poses.joints.astype(np.float64), kind, poses.fps, rng)
+        return poses.with_(joints=relative(joints), covariance=None, made_by=made_by)
+
+
+Foreign = Answers | Simulated
+
+
+def _changed(joints: np.ndarray, kind: Kind, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Lifted joints (T, 17, 3) as that lifter would have them."""
+    from scipy.ndimage import gaussian_filter1d
+    from scipy.spatial.transform import Rotation
+
+    if kind == "squeezed":
+        return joints * [1.0, 1.0, rng.uniform(*_SQUEEZED)]
+    if kind == "tilted":
+        turn = np.radians(_TILT_DEG) * rng.standard_normal(2)
+        return rotate(Rotation.from_rotvec([turn[0], 0.0, turn[1]]).as_matrix(), joints)
+    if kind == "noisy":
+        return joints + _NOISE_M * rng.standard_normal(joints.shape)
+    if kind == "smoothed":
+        return each_path(lambda path: gaussian_filter1d(path, _SLOW_S * fps, axis=0, mode="nearest"), joints)
+    rows = np.arange(len(joints)) - round(_LAG_S * fps)
+    return joints[np.maximum(rows, 0)]
+
+
+def _own(truth: np.ndarray, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """The truth (T, 17, 3) with slow errors of each joint."""
+    from scipy.ndimage import gaussian_filter1d
+
+    slow = gaussian_filter1d(rng.standard_normal(truth.shape), _OWN_S * fps, axis=0, mode="wrap")
+    slow /= max(float(slow.std()), 1e-9)
+    always = rng.standard_normal((1, len(H36M17), 3))
+    return truth + _OWN_M * (slow + always) / np.sqrt(2)
+
 
 @dataclass(frozen=True)
 class Configuration:
-    """What a run can have. image: an image tells up, as well as rendered rooms do (take_answers.simulated_look).
+    """What a run can have. image: an image tells up, as well as rendered rooms do (testbed.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
@@ -64,18 +250,6 @@ class Configuration:
     foreign: Foreign | None = None
     errors: Path | None = None
     unsuspected: bool = False
-
-    def __str__(self) -> str:
-        lifter = self.foreign.name if self.foreign else self.lifter
-        parts = [
-            f"lifter {lifter}" if lifter else "motion capture",
-            "real take" if self.real else f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
-            "with the image" * self.image,
-            "up given" * self.up_told,
-            "focal known" * self.focal_known,
-            "unsuspected errors" * self.unsuspected,
-        ]
-        return ", ".join(filter(None, parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +305,7 @@ def _virtual(
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
-        for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
+        for clip in each(clips, of.label, len(clips)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
             truth = unsuspected(truth) if configuration.unsuspected else truth
             yield of.label, truth, given(truth, question.seed, configuration)
@@ -143,8 +317,7 @@ def unsuspected(truth: SeenTake, times: float = 2.0) -> SeenTake:
     test bed 1.9 (real_data.py, docs/research.md)."""
     at, seen = truth.joints_camera, truth.keypoints
     exact = truth.focal_px * at[..., :2] / at[..., 2:] + np.array(truth.image_size) / 2
-    world = rotate(transpose(truth.R_camera_from_world), truth.truth)
-    unusual = growth(features(world, seen.times)).max(axis=1).clip(0, 1)
+    unusual = growth(features(relative(truth.world), seen.times)).max(axis=1).clip(0, 1)
     joints = exact + (1 + (times - 1) * unusual)[:, None, None] * (seen.joints - exact)
     return replace(truth, keypoints=seen.with_(joints=joints))
 
@@ -154,7 +327,7 @@ def _real(question: Question, configuration: Configuration) -> Iterator[tuple[st
     are NaN."""
     cameras, true = read_moving()
     world = whole_body(true.limbs) + mid_hips(true.limbs)
-    for name, camera in each(cameras.items(), str(configuration), len(cameras)):
+    for name, camera in each(cameras.items(), "cameras", len(cameras)):
         assert camera.R_camera_from_world is not None
         video = read_video(camera.video)
         joints, keypoints = camera.to_camera(world), found_keypoints(video)

@@ -1,4 +1,4 @@
-"""What is said of walks is judged against the same steps in truth."""
+"""What a run's rows say is judged against the truth of the same steps, flights and repetitions."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,11 @@ from golden.measures import rows_of
 from golden.virtual import walked
 from golden.walks import GEOMETRIC, measured
 from pcnet3d.models.gait.events import Stance
-from pcnet3d.models.lab.errors.walks import true_walks, walks
-from pcnet3d.models.lab.evaluation.finished import Finished
+from pcnet3d.models.lab.evaluation.figures import figures, same_rows, true_walks
+from pcnet3d.models.lab.evaluation.runs import Finished
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.pipeline import CAMERA
-from pcnet3d.pipeline.core.measures import Measure, Measures, nested
+from pcnet3d.pipeline.core.measures import Measure, Measures, Moments, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 
 
@@ -26,7 +26,7 @@ def finished():
 
 
 def test_the_walkers_figures_are_inside_their_errors(finished):
-    found = {stated.statement: stated for stated in walks(finished)}
+    found = {stated.statement: stated for stated in figures(finished)}
     assert {"stance, %", "double support, %", "cadence, steps/min"} <= set(found)
     assert not {"step length, m", "walking speed, m/s"} & set(found)  # of captured poses these have no errors
     for stated in found.values():
@@ -44,7 +44,7 @@ def test_what_is_off_is_judged_by_as_much(finished):
     )
     moved = Finished(take.with_(measures=Measures(tuple(off))), finished.truth, "here")
     was, is_now = (
-        next(one.error[0] for one in walks(each) if one.statement == "stance, %")
+        next(one.error[0] for one in figures(each) if one.statement == "stance, %")
         for each in (finished, moved)
     )
     assert is_now - was == pytest.approx(5.0)
@@ -52,8 +52,8 @@ def test_what_is_off_is_judged_by_as_much(finished):
 
 def test_nothing_is_judged_where_no_walk_was_found(finished):
     assert nested(finished.take.measures)["walking"]["steps"] >= 3
-    assert list(walks(Finished(finished.take.with_(measures=Measures()), finished.truth, "here"))) == []
-    assert list(walks(Finished(None, finished.truth, "here", "refused"))) == []
+    assert list(figures(Finished(finished.take.with_(measures=Measures()), finished.truth, "here"))) == []
+    assert list(figures(Finished(None, finished.truth, "here", "refused"))) == []
 
 
 def test_steps_that_were_not_counted_are_no_part_of_what_is_judged():
@@ -79,3 +79,25 @@ def test_steps_that_were_not_counted_are_no_part_of_what_is_judged():
         for step in walk
     ]
     assert judged == [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5), (3.5, 4.0), (4.0, 4.5), (4.5, 5.0)]
+
+
+def repeated(*peaks, error=2.0, **means):
+    """Rows of a movement whose repetitions reach their peak at (seconds, degrees)."""
+    rows = [Measure("peak", height, error, number=i) for i, (_, height) in enumerate(peaks)]
+    times = {"start": -0.5, "stop": 0.5}
+    rows += [Moments(name, tuple(at + off for at, _ in peaks)) for name, off in times.items()]
+    return Measures((*rows, *(Measure(name, value, error) for name, value in means.items())))
+
+
+def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_many():
+    true = repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=90.0)
+
+    def off(*peaks, **means):
+        pairs = list(same_rows(repeated(*peaks, **means), true))
+        return [(figure, row.value - of.value) for figure, row, of in pairs]
+
+    others = off((2.1, 85.0), (3.0, 97.0), (9.0, 50.0), mean_rise=80.0)
+    assert others == [("peak, deg", 5.0), ("peak, deg", -3.0)]
+    assert ("mean rise, deg", -10.0) in off((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=80.0)
+    assert off((2.1, 85.0), mean_rise=80.0) == [("peak, deg", 5.0)]
+    assert off() == []

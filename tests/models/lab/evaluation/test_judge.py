@@ -6,11 +6,10 @@ import pytest
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.gravity.levelling import HEADING_POWER
 from pcnet3d.models.gravity.votes import USUAL_SPREAD
-from pcnet3d.models.lab.errors import judge
-from pcnet3d.models.lab.errors.fit import fitted, held_out, with_bars
-from pcnet3d.models.lab.errors.judge import Stated
-from pcnet3d.models.lab.errors.report import heading, of_strangers
-from pcnet3d.models.lab.errors.statements import HEADING_90, UP_90
+from pcnet3d.models.lab.evaluation import judge
+from pcnet3d.models.lab.evaluation.errors import heading, of_strangers
+from pcnet3d.models.lab.evaluation.judge import Stated, fitted, held_out, with_bars
+from pcnet3d.models.lab.evaluation.statements import HEADING_90, UP_90
 
 
 def stated(person: str, error: np.ndarray, half: float | np.ndarray = 1.0, **known: np.ndarray) -> Stated:

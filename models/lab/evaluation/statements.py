@@ -1,4 +1,6 @@
-"""What a finished take states, each with its error against the truth."""
+"""What a finished take states of every frame, each with its error against the truth: up, BODY's rotation, joints,
+angles and their rates, where the person is, how wrists and ankles move, how large the body is, and how long the
+lens."""
 
 from __future__ import annotations
 
@@ -10,32 +12,33 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import pitch_roll_deg
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose, unit
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
+from ....pipeline.signals.filters import derivative
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import features, posture
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import TakeJoints, angle_series, smoothed, take_angles
-from ...common.metrics import SD_90, scaled
+from ...common.metrics import SD_90, person_size, scaled
 from ...common.spread import stated_spread
-from ..evaluation.finished import Finished
-from ..evaluation.jumps import compared
-from ..evaluation.testbed import SeenTake
 from .judge import Stated, joined
-from .within import within
+from .runs import Finished
+from .testbed import SeenTake, accelerations, filtered
 
 _MEAN_OF_RMS = np.sqrt(np.pi) / 2
 UP_90, HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 # Roots of the 90 % quantiles of chi square, three and two degrees of freedom.
 _CHI_90, _RAYLEIGH_90 = 2.5003, 2.1460
+_QUANTITIES = {"": "position, m", "v": "velocity, m/s", "a": "acceleration, m/s2"}  # by prefix of the columns
 
 
 def statements(finished: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take; nothing of one that a run refuses or cannot level but its joints,
-    and of these only where all are known."""
+    """Everything that is judged of one take's frames; nothing of one that a run refuses. One that is not levelled has
+    joints, where all are known, and a place."""
     take, truth = finished.take, finished.truth
     if take is None:
         return
@@ -48,8 +51,8 @@ def statements(finished: Finished) -> Iterator[Stated]:
         if take.kinematics and take.need("poses").made_by.kind == "estimated":
             errors = finished.configuration.errors
             yield from angles(take, truth, rows, None if errors is None else read_noise(errors))
-            yield from within(take, truth, rows)
-        yield from jumps(take, truth)
+    if take.need("poses").made_by.kind == "estimated":
+        yield from paths(take, truth, rows)
 
 
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
@@ -178,8 +181,87 @@ def angles(
         yield joined(sides).judged()
 
 
-def jumps(take: Take, truth: SeenTake) -> Iterator[Stated]:
-    """Figures of the flights that are true, in ms and cm."""
-    for name, pairs in compared(take, truth).pairs.items():
-        found, true, half = np.array([(pair.found, pair.true, pair.half) for pair in pairs]).T
-        yield Stated(name, truth.subject, found - true, half, {"size": found}).judged()
+def paths(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+    """Everything of lifted poses in metres; motions before a static camera, for one that pans turns them. rows: (T,) as
+    of `up`."""
+    camera = take.need("camera")
+    if camera.focal_source != "told":
+        off = np.array([1 - truth.focal_px / camera.focal_px])
+        half = np.array([SD_90 * camera.focal_sd_px / camera.focal_px])
+        yield Stated("focal length, %", truth.subject, 100 * off, 100 * half)
+    poses = take.need("poses")
+    if poses.root is not None:
+        yield from place(poses, truth, rows)
+        for each in take.notices:
+            if each.code == "placed":
+                yield frame_by_frame(poses, truth, rows, each.values["within"])
+    if take.need("rectified").level_ok and truth.up.ndim == 1:
+        yield from motions(take, truth, rows)
+
+
+def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+    """The pelvis from the camera along the ray to it and across, frame by frame, and the size of the body, which moves
+    it all. rows: (T,) as of `up`."""
+    assert poses.root is not None
+    assert poses.root_covariance is not None
+    true = truth.joints_camera[rows, H36M17.index("pelvis")]
+    along = unit(true)
+    right = unit(np.cross(along, [0.0, 1.0, 0.0]))
+    axes = {"along": [along], "across": [right, np.cross(right, along)]}
+    for way, directions in axes.items():
+        parts = [
+            Stated(
+                f"pelvis {way} the ray, m",
+                truth.subject,
+                ((poses.root - true) * axis).sum(axis=1),
+                SD_90 * np.sqrt(np.einsum("tj,tjk,tk->t", axis, poses.root_covariance, axis)),
+                {"distance": np.linalg.norm(poses.root, axis=1)},
+            )
+            for axis in directions
+        ]
+        yield joined(parts).judged()
+    if poses.root_shared is not None:
+        lifted = poses.joints.astype(np.float64)
+        size = person_size(lifted) / person_size(scaled(lifted, truth.truth[rows], "take"))
+        half = np.array([100 * SD_90 * poses.root_shared[0]])
+        yield Stated("body's size, %", truth.subject, np.array([100 * (size - 1)]), half).judged()
+
+
+def frame_by_frame(poses: PoseSequence, truth: SeenTake, rows: np.ndarray, within: float) -> Stated:
+    """What a run says of its frames: that each is so near to the true place but for the whole path's size and what the
+    focal length does to all depths, of which it says how wrong they are beside. rows: (T,) as of `up`."""
+    assert poses.root is not None
+    there = is_finite(poses.root)
+    found, true = poses.root[there], truth.joints_camera[rows, H36M17.index("pelvis")][there]
+    parts = np.stack([found, found * [0.0, 0.0, 1.0]], axis=-1)
+    best = np.linalg.lstsq(parts.reshape(-1, 2), true.ravel(), rcond=None)[0]
+    off = np.linalg.norm(parts @ best - true, axis=1)
+    return Stated("pelvis from frame to frame, m", truth.subject, off, np.full(len(off), within))
+
+
+def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+    """Positions, velocities and accelerations of wrists and ankles from the pelvis, each axis of LEVEL a case, of
+    upright frames. The truth is turned into the LEVEL that was found: how wrong its up is has an error of its own.
+    rows: (T,) as of `up`."""
+    columns = take.need("kinematics")
+    true = rotate(transpose(take.need("rectified").R_source_from_level), truth.truth)[rows]
+    time_s, upright = truth.keypoints.times[rows], ~truth.lying[rows]
+    if not is_finite(true).all():
+        return
+    signals = {"": true, "v": derivative(filtered(true, time_s), time_s), "a": accelerations(true, time_s)}
+    for part in ("wrist", "ankle"):
+        for prefix, quantity in _QUANTITIES.items():
+            parts = []
+            for joint in (f"r_{part}", f"l_{part}"):
+                speed = np.linalg.norm([columns[f"{joint}_v{axis}"] for axis in "xyz"], axis=0)
+                for i, axis in enumerate("xyz"):
+                    column = f"{joint}_{prefix}{axis}"
+                    error = columns[column] - signals[prefix][:, H36M17.index(joint), i]
+                    half = SD_90 * columns.get(f"{column}_sd", np.full(len(rows), np.nan))
+                    known = {"speed": speed, "stated": half}
+                    parts.append(
+                        Stated(
+                            f"{part} {quantity}", truth.subject, np.where(upright, error, np.nan), half, known
+                        )
+                    )
+            yield joined(parts).judged()

@@ -10,9 +10,10 @@ import torch
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.repeatability import shipped
-from pcnet3d.models.lab.errors import visits as module
-from pcnet3d.models.lab.errors.judge import Stated
-from pcnet3d.models.lab.errors.visits import (
+from pcnet3d.models.lab.evaluation.judge import Stated
+from pcnet3d.models.lab.evaluation.runs import Configuration
+from pcnet3d.models.lab.fits import visits as module
+from pcnet3d.models.lab.fits.visits import (
     KINDS,
     Visits,
     collected,
@@ -26,7 +27,6 @@ from pcnet3d.models.lab.errors.visits import (
     visits,
     with_ranges,
 )
-from pcnet3d.models.lab.evaluation.finished import Configuration
 from pcnet3d.models.lab.synthetic.cameras import WILD, place
 from pcnet3d.models.lab.synthetic.draw import NumpyDraw
 from pcnet3d.pipeline.core.camera import pitch_roll_deg

@@ -8,7 +8,7 @@ angles.errors=FILE); the constants of BODY's error to DIR/heading.json. Every fi
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import chain
 from pathlib import Path
@@ -26,69 +26,25 @@ from ...common.metrics import SD_90, plain
 from ...gravity.levelling import HEADING_POWER
 from ...gravity.votes import USUAL_SPREAD
 from ...lifter.load import load_lifter
-from ..evaluation.finished import Configuration, Finished, finished
-from ..evaluation.foreign import Answers, Simulated
-from ..evaluation.sets import Question
-from ..evaluation.tables import Page, Table
 from . import judge
-from .fit import STRANGERS, Squares, fitted, held_out, thinned
-from .judge import Stated
-from .movements import movements
-from .paths import paths
+from .figures import figures
+from .judge import STRANGERS, Squares, Stated, fitted, held_out, thinned
+from .runs import Configuration, Question, Simulated, finished
 from .statements import HEADING_90, UP_90, statements
-from .walks import walks
+from .testbed import Answers
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
-SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths, movements, walks)
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
 # In which angles' errors are fitted.
 FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "typical, image")
 
-PAGE = Page(
-    "Stated errors",
-    ". How many lie inside the stated 90 %; every person counts the same, and every take of a person. In brackets the "
-    "90 % interval over people, then the least share of any tenth of the cases by what is known where it is stated, "
-    "and what the bars would have to be multiplied by. Bias: mean of found less true. Errors: median size; root mean "
-    "square; bar: the median. In degrees where no unit is named.",
-    [
-        Table(
-            "Inside",
-            "statements/*/*",
-            ["statement", "configuration"],
-            {
-                "cases": "{cases}",
-                "people": "{people}",
-                "inside": "{inside:.0%} ({low:.0%} to {high:.0%})",
-                "worst tenth": "{worst_bin:.0%}",
-                "needed": "{needed:.2f}",
-                "bias": "{bias:+.2g}",
-                "error": "{p50:.3g}; {rms:.3g}",
-                "bar": "{bar:.3g}",
-            },
-        ),
-        Table(
-            "By the angle that was found",
-            "sizes/*/*",
-            ["angle", "found, deg"],
-            {"found less true, deg": "{bias:+.1f}", "inside": "{inside:.0%}"},
-            "Bodies alone, wild cameras; tenths of the cases.",
-        ),
-        Table(
-            "By posture and speed",
-            "postures/*/*",
-            ["angle", "posture"],
-            {"cases": "{cases}", "people": "{people}", "inside": "{inside:.0%}"},
-            "As a run finds them, all configurations together.",
-        ),
-        Table(
-            "Of strangers",
-            "strangers/*/*",
-            ["statement", "configuration"],
-            {"inside": "{inside:.0%}"},
-            "What --fit fits, each person by bars that were fitted to all the others.",
-        ),
-    ],
+ABOUT = (
+    "How many lie inside the stated 90 %; every person counts the same, and every take of a person. low, high: the 90"
+    " % interval over people; worst_bin: the least share of any tenth of the cases by what is known where it is "
+    "stated; needed: what the bars would have to be multiplied by. bias: mean of found less true; p50, rms: size of "
+    "the errors; bar: the median. In degrees where no unit is named. Of strangers: what --fit fits, each person by "
+    "bars that were fitted to all the others. Postures: as a run finds them, all configurations together."
 )
 
 
@@ -132,7 +88,7 @@ def tables(
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
     holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms, p50, bar}.
-    answers: judge that lifter's (foreign.Answers). errors: a file of errors of angles that takes are given; what is
+    answers: judge that lifter's (testbed.Answers). errors: a file of errors of angles that takes are given; what is
     fitted begins with these, or the shipped ones. InputError for a part that there is not, and one that nothing is
     fitted in."""
     foreign = None if answers is None else Answers(answers)
@@ -154,21 +110,13 @@ def tables(
         row | ({"set": "val"} if known[row["configuration"]].real else {})  # whoever else is judged
         for row in judged(cases, str(question.people))
     ]
-    results: dict[str, Any] = {
-        **question.heading(),
-        "statements": {},
-        "sizes": {},
-        "postures": {},
-        "strangers": {},
-    }
+    results: dict[str, Any] = {**question.heading(), "statements": {}, "postures": {}, "strangers": {}}
     for row in rows:
         bias = judge.mean(cases[row["configuration"]][row["statement"]], lambda take: take.error)
         results["statements"].setdefault(row["statement"], {})[row["configuration"]] = {**row, "bias": bias}
-    for angle, size, figures in by_size(next(iter(cases.values()), {})):
-        results["sizes"].setdefault(angle, {})[size] = figures
     for angle in OF_BOTH:
         if takes := _pooled(cases, angle):
-            results["postures"][angle] = {name: asdict(one) for name, one in by_posture(takes)}
+            results["postures"][angle] = {name: asdict(inside) for name, inside in by_posture(takes)}
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
         write_text(output / _ROWS, as_json(rows))
@@ -192,7 +140,7 @@ def collected(question: Question, configurations: Mapping[str, Configuration]) -
     for name, configuration in configurations.items():
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            for stated in chain.from_iterable(source(take) for source in SOURCES):
+            for stated in chain(statements(take), figures(take)):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases
@@ -227,14 +175,6 @@ def as_json(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _short(figure: float) -> float:
     return float(f"{figure:.3g}")
-
-
-def by_size(by_statement: Mapping[str, Sequence[Stated]]) -> Iterator[tuple[str, str, dict[str, float]]]:
-    """(angle, "from to to", {"bias", "inside"}) in tenths of the found angle."""
-    for statement, takes in by_statement.items():
-        if "found" in takes[0].known:
-            for low, high, mean, one in judge.bins(takes, "found"):
-                yield statement, f"{low:.0f} to {high:.0f}", {"bias": mean, "inside": one.inside}
 
 
 def by_posture(takes: Sequence[Stated]) -> Iterator[tuple[str, judge.Inside]]:
