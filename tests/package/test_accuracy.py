@@ -135,3 +135,17 @@ def test_an_evaluation_of_something_else_is_refused(wrong, words):
 def test_a_file_without_any_block_is_refused():
     with pytest.raises(InputError, match="evaluate takes"):
         write.updated(FIGURES, {"report": "swaps"})
+
+
+def test_one_command_measures_what_is_not_there(tmp_path, monkeypatch):
+    commands = []
+    monkeypatch.setattr(write.subprocess, "run", lambda words, check: commands.append(words))
+    (tmp_path / "takes").mkdir()
+    (tmp_path / "takes" / "evaluation.json").write_text("{}")
+    paths = write.measured(tmp_path, "a new network")
+    assert len(paths) == len(write.BLOCKS) + 1 == len(commands) + 1
+    assert not any("takes" in words for words in commands)
+    (lifter,) = (words for words in commands if "lifter" in words)
+    assert lifter[3:] == [
+        "lifter", "--sets", "test", "--because", "a new network", "-o", str(tmp_path / "lifter"),
+    ]  # fmt: skip

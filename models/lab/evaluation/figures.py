@@ -185,8 +185,8 @@ def within(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Case]:
     every = ranges(take, true)
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
-        for one in of:
-            yield Case(f"range of {both}", one.found, one.true, SD_90 * one.error, {"found": one.found})
+        for side in of:
+            yield Case(f"range of {both}", side.found, side.true, SD_90 * side.error, {"found": side.found})
         index = take.figures.group("symmetry", both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             right, left = of
@@ -194,9 +194,9 @@ def within(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Case]:
             off, true_off = right.found - left.found, right.true - left.true
             half = SD_90 * index.error / 100 * size
             yield Case(f"right less left range of {both}", off, true_off, half, {"found": size})
-    for two in repetitions(take, true):
-        off = float(near(np.array(two.found[0] - two.found[1] - two.true[0] + two.true[1]), 0.0))
-        yield Case("peak less peak", off, 0.0, two.mdc90)
+    for pair in repetitions(take, true):
+        off = float(near(np.array(pair.found[0] - pair.found[1] - pair.true[0] + pair.true[1]), 0.0))
+        yield Case("peak less peak", off, 0.0, pair.mdc90)
 
 
 def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
@@ -230,7 +230,7 @@ def repetitions(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Repeated
         at = [true[angle][(times >= start) & (times <= stop)] for start, stop in group.spans]
         peaks = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
         both = [(peak, peaks[peak.number or 0]) for peak in group.repetitions("peak")]
-        for (one, first), (other, second) in combinations(both, 2):
-            if np.isfinite(first + second) and one.error is not None and other.error is not None:
-                errors = (one.error, other.error)
-                yield Repeated(angle, (one.value, other.value), (first, second), errors, mdc90)
+        for (row, first), (later, second) in combinations(both, 2):
+            if np.isfinite(first + second) and row.error is not None and later.error is not None:
+                errors = (row.error, later.error)
+                yield Repeated(angle, (row.value, later.value), (first, second), errors, mdc90)

@@ -38,7 +38,7 @@ _FIGURES = {  # {what is measured: (name of the measure, to the unit of the repo
     "contact time, ms": ("contact_time", 1000.0),
 }
 HEIGHTS = ("height by flight time, cm", "jump height, cm")
-_SEEN = EvaluationSet("train, seen by the lifter", "train")
+_TRAIN = EvaluationSet("train, seen by the lifter", "train")
 
 ABOUT = (
     "Found before a static camera whose image tells up, against the captured flights, by set and frames a second. "
@@ -98,19 +98,19 @@ def compared(take: Take, truth: SeenTake) -> Compared:
     for side in ("take_off_feet", "landing_feet"):
         attribute = "off_feet" if side == "take_off_feet" else "land_feet"
         result.feet += [
-            one.value == getattr(at[one.number], attribute)
-            for one in jumps.repetitions(side)
-            if one.number is not None and at[one.number] is not None
+            row.value == getattr(at[row.number], attribute)
+            for row in jumps.repetitions(side)
+            if row.number is not None and at[row.number] is not None
         ]
-    for words, (name, factor) in _FIGURES.items():
-        for one in jumps.repetitions(name):
-            assert one.number is not None
-            flight = at[one.number]
+    for statement, (name, factor) in _FIGURES.items():
+        for row in jumps.repetitions(name):
+            assert row.number is not None
+            flight = at[row.number]
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
-                half = SD_90 * factor * (np.nan if one.error is None else one.error)
-                found = factor * one.value
-                result.cases.append(Case(words, found, factor * value, half, {"size": found}))
+                half = SD_90 * factor * (np.nan if row.error is None else row.error)
+                size = factor * row.value
+                result.cases.append(Case(statement, size, factor * value, half, {"size": size}))
     return result
 
 
@@ -118,7 +118,7 @@ def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -
     """In seconds, metres (of a jump height) and centimetres (of one by time)."""
     time_s = flight.land_s - flight.off_s
     if name == "contact_time":
-        before = [one for one, other in pairwise(true) if other is flight]
+        before = [flown for flown, following in pairwise(true) if following is flight]
         return flight.off_s - before[0].land_s if before else None
     if name == "jump_height":
         return flight.rise * stature
@@ -126,7 +126,7 @@ def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -
 
 
 def _of(true: Sequence[Flight], span: tuple[float, float]) -> Flight | None:
-    return next((one for one in true if span[0] < one.land_s and one.off_s < span[1]), None)
+    return next((flight for flight in true if span[0] < flight.land_s and flight.off_s < span[1]), None)
 
 
 def tables(question: Question) -> dict[str, Any]:
@@ -136,16 +136,16 @@ def tables(question: Question) -> dict[str, Any]:
     results: dict[str, Any] = {**question.heading(), "sets": {}, "refused": 0, "invented": {}}
     for fps in (30.0, 60.0):
         how = Configuration(image=True, lifter=str(question.lifter), bed=question.bed, fps=fps)
-        seen = finished(question, how, [_SEEN], _flies) if question.people == "val" else ()
+        of_train = finished(question, how, [_TRAIN], _flies) if question.people == "val" else ()
         by_label: dict[str, list[Compared]] = {}
-        for one in chain(finished(question, how), seen):
-            of_label = by_label.setdefault(one.label, [])
-            if one.take is None:
+        for judged in chain(finished(question, how), of_train):
+            of_label = by_label.setdefault(judged.label, [])
+            if judged.take is None:
                 results["refused"] += 1
                 continue
-            of_label.append(compared(one.take, one.truth))
+            of_label.append(compared(judged.take, judged.truth))
             if invented := of_label[-1].invented:
-                results["invented"][f"{one.truth.clip}, {fps:g}"] = ", ".join(map(str, invented))
+                results["invented"][f"{judged.truth.clip}, {fps:g}"] = ", ".join(map(str, invented))
         for label, takes in by_label.items():
             results["sets"].setdefault(label, {})[f"{fps:g}"] = _summed(takes)
     return results
@@ -157,19 +157,19 @@ def _flies(clip: Clip) -> bool:
 
 def _summed(takes: Sequence[Compared]) -> dict[str, Any]:
     figures = {}
-    for words in _FIGURES:
-        cases = [case for take in takes for case in take.cases if case.statement == words]
+    for statement in _FIGURES:
+        cases = [case for take in takes for case in take.cases if case.statement == statement]
         if not cases:
             continue
         error = np.array([case.found - case.true for case in cases])
         half = np.array([case.half for case in cases])
-        figures[words] = {
+        figures[statement] = {
             "count": len(cases),
             "bias": float(np.median(error)),
             "p50": float(np.quantile(np.abs(error), 0.5)),
             "p90": float(np.quantile(np.abs(error), 0.9)),
             "inside": float((np.abs(error) <= half).mean()),
-            **({"near": float((np.abs(error) <= _NEAR_CM).mean())} if words in HEIGHTS else {}),
+            **({"near": float((np.abs(error) <= _NEAR_CM).mean())} if statement in HEIGHTS else {}),
         }
     feet = [right for take in takes for right in take.feet]
     return {

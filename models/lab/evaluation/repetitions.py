@@ -73,8 +73,8 @@ def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
     """{"judged": {poses: {movement: Judged.row}}, "wrong": {"poses, take, movement": "labelled, found"}}. seeds: before
     how many cameras each take is lifted. InputError where the data is not."""
     labels: dict[str, dict[str, Spans]] = json.loads(LABELS.read_text(encoding="utf-8"))
-    known = {clip.name for subjects, _ in _SETS for clip in read_clips(subjects)}
-    if missing := sorted(set(labels) - known):
+    captured = {clip.name for subjects, _ in _SETS for clip in read_clips(subjects)}
+    if missing := sorted(set(labels) - captured):
         raise InputError(
             "nothing-usable",
             f"Expected the labelled take {missing[0]} in the motion capture; set PCNET3D_DATA.",
@@ -88,19 +88,19 @@ def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
         sets = [EvaluationSet(label, subjects) for subjects, label in _SETS]
         cameras = [replace(question, seed=seed) for seed in range(seeds if how.lifter else 1)]
         takes = (
-            (asked.seed, one)
+            (asked.seed, judged)
             for asked in cameras
-            for one in finished(asked, how, sets, lambda clip: clip.name in labels)
+            for judged in finished(asked, how, sets, lambda clip: clip.name in labels)
         )
         by_movement: dict[str, Judged] = {}
-        for seed, one in each(takes, poses, len(labels) * len(cameras)):
-            for movement, labelled in labels[one.truth.clip].items():
-                found = [] if one.take is None else found_in(one.take, movement)
-                judge(by_movement.setdefault(movement.split(".")[0], Judged()), labelled, found)
-                judge(by_movement.setdefault("all", Judged()), labelled, found)
-                if len(found) != len(labelled):
+        for seed, of in each(takes, poses, len(labels) * len(cameras)):
+            for movement, labelled in labels[of.truth.clip].items():
+                spans = [] if of.take is None else found_in(of.take, movement)
+                judge(by_movement.setdefault(movement.split(".")[0], Judged()), labelled, spans)
+                judge(by_movement.setdefault("all", Judged()), labelled, spans)
+                if len(spans) != len(labelled):
                     camera = f" before camera {seed}" if how.lifter else ""
-                    key = f"{poses}{camera}, {one.truth.clip}, {movement}"
-                    results["wrong"][key] = f"{len(labelled)}, {len(found)}"
+                    key = f"{poses}{camera}, {of.truth.clip}, {movement}"
+                    results["wrong"][key] = f"{len(labelled)}, {len(spans)}"
         results["judged"][poses] = {movement: judged.row() for movement, judged in by_movement.items()}
     return results
