@@ -97,7 +97,6 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "motion": "`pcnet3d lab evaluate errors` judges accelerations by the smoother that runs have",
         "own-data": "it is `pcnet3d lab evaluate rectifiers --data FILE` now",
         "swaps": "leave it out; docs/files.md says how many exchanges are found",
-        "verdicts": "leave it out; docs/trust.md says how verdicts follow errors",
         "visits": "leave it out; `pcnet3d compare` states the error of each difference of two visits",
     },
     "lifters": {"instanthmr": _FILE, "rtmw3d": _FILE},
