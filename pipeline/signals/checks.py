@@ -201,17 +201,10 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
     rows = np.flatnonzero(np.asarray(is_finite(poses.joints)).all(axis=1))
     if not len(rows) or poses.frame.family not in _UP:
         return []
-    up, over = poses.frame.basis @ _UP[poses.frame.family], 0
-    for some in blocks(len(rows)):  # an hour in float64 at once would take several times its memory
-        joints = poses.joints[rows[some]].astype(np.float64)
-        at = {
-            name: joints[:, poses.layout.index(name)]
-            for name in ("pelvis", "thorax", "head", "l_ankle", "r_ankle")
-        }
-        trunk = np.linalg.norm(at["thorax"] - at["pelvis"], axis=-1)
-        below = (at["l_ankle"] + at["r_ankle"]) / 2 - at["head"]
-        over += int((below @ up > np.maximum(trunk, 1e-12)).sum())
-    share = over / len(rows)
+    up = (poses.frame.basis @ _UP[poses.frame.family]).astype(np.float32)
+    at = {name: poses.joint(name)[rows] for name in ("pelvis", "thorax", "head", "l_ankle", "r_ankle")}
+    below = (at["l_ankle"] + at["r_ankle"]) / 2 - at["head"]
+    share = float((below @ up > np.linalg.norm(at["thorax"] - at["pelvis"], axis=-1)).mean())
     if share < _TURNED_OVER:
         return []
     in_run = poses.made_by.in_run  # they have the picture's axes

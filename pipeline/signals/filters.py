@@ -145,6 +145,8 @@ def lowpass(
     cannot settle. A piece is continued by its own point reflection at both ends, so its first and last rows are
     smoothed least. InputError for a cut-off at or above Nyquist.
     """
+    from scipy.interpolate import CubicSpline
+
     fps = rate(time_s)
     check_cutoff(cutoff_hz, fps)
     warped = np.tan(np.pi * cutoff_hz / fps) / (np.sqrt(2) - 1) ** (1 / ORDER)
@@ -155,7 +157,19 @@ def lowpass(
         forwards = _butterworth(np.concatenate([before, piece, after]), warped)
         return _butterworth(forwards[::-1], warped)[::-1][pad:-pad]
 
-    return piecewise(x, time_s, seams, fps, pad + 1, both_ways)
+    x = np.asarray(x, dtype=np.float64)
+    result = np.full(x.shape, np.nan)
+    for piece in runs(_known(x), time_s, seams):
+        values, times = x[piece], time_s[piece]
+        if evenly_spaced(times, fps):
+            if len(values) > pad:
+                result[piece] = both_ways(values)
+            continue
+        count = round(float(times[-1] - times[0]) * fps) + 1
+        if count > pad and len(values) >= 4:
+            grid = np.linspace(times[0], times[-1], count)
+            result[piece] = CubicSpline(grid, both_ways(_between(times, values, grid)))(times)
+    return result
 
 
 def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
@@ -265,34 +279,6 @@ def each_path(
             together = paths[:, some].astype(np.float64)
             answer = filter_(together.reshape(len(paths), -1))
             result[:, some] = answer.reshape(len(answer), *together.shape[1:])
-    return result
-
-
-def piecewise(
-    x: np.ndarray,
-    time_s: np.ndarray,
-    seams: Sequence[int],
-    fps: float,
-    shortest: int,
-    smooth: Callable[[np.ndarray], np.ndarray],
-) -> np.ndarray:
-    """x (T,) or (T, D) at time_s (T,) through a filter of even times, `smooth`, piece by piece of those that have
-    `shortest` rows or more then; NaN elsewhere. fps: of these even times."""
-    from scipy.interpolate import CubicSpline
-
-    x = np.asarray(x, dtype=np.float64)
-    result = np.full(x.shape, np.nan)
-    for piece in runs(_known(x), time_s, seams):
-        values, times = x[piece], time_s[piece]
-        if evenly_spaced(times, fps):
-            if len(values) >= shortest:
-                result[piece] = smooth(values)
-            continue
-        count = round(float(times[-1] - times[0]) * fps) + 1
-        if count >= shortest and len(values) >= 4:
-            grid = np.linspace(times[0], times[-1], count)
-            smoothed = smooth(_between(times, values, grid))
-            result[piece] = CubicSpline(grid, smoothed)(times)
     return result
 
 

@@ -156,7 +156,9 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     """
     if any(joint not in poses.layout for joint in TRUNK_CORNERS):
         return ()
-    joints, times = without_made_nose(poses).joints.astype(np.float64), assumed_times(poses)
+    joints = without_made_nose(poses).joints.astype(np.float64)
+    # At 30 frames a second where the rate is unknown: little depends on it here.
+    times = poses.frame_index / 30.0 if poses.time_s is None else poses.time_s.astype(np.float64)
     ways, layout = _ways(poses.layout), poses.layout
     # Of a lift of wrong keypoints depth may be as it was.
     axes = 2 if poses.frame.axes == CAMERA.axes else poses.frame.dims
@@ -184,11 +186,6 @@ def _touch(swap: Swap, other: Swap, ways: Mapping[str, Kind]) -> bool:
     has not."""
     beside = swap.first_row - 1 <= other.last_row and other.first_row <= swap.last_row + 1
     return beside and bool(np.isin(ways[swap.kind].pairs, ways[other.kind].pairs).any())
-
-
-def assumed_times(poses: PoseSequence) -> np.ndarray:
-    """(T,) seconds; at 30 frames a second where the rate is unknown: little depends on it here."""
-    return poses.frame_index / 30.0 if poses.time_s is None else poses.time_s.astype(np.float64)
 
 
 def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
