@@ -1,4 +1,4 @@
-"""A tenth of the accidents; `python -m accidents` tries all, and honest takes."""
+"""A tenth of the first accidents; `python -m accidents` tries all, and honest takes."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ NEEDS = {
     "accad-m1_lift-box": ("accad_mocap.npz",),
     "tennis-jangel_Derecha_0": ("tennis_mocap.npz",),
 }
-TENTH = [edit for edit in edits() if edit.codes][::10]
+TENTH = [edit for edit in edits() if edit.codes and edit.part == "first"][::10]
 # The aim is a tenth. What arithmetic does not show is not guessed: another rate of a slow walk, time that runs
 # backwards, poses that were smoothed, a picture that was widened, a wrong focal length without a video.
 _UNSAID = 1 / 6
@@ -57,7 +57,6 @@ def test_five_in_six_of_a_tenth_are_refused_told_or_harmless(all_bases, before, 
         "07_03 poses: 5 rows late",
         "07_03 poses: right leg a copy of the left",
         "07_03 poses: depth of 200 %",
-        "07_03 poses: half of the movement",
         "07_03: ankles exchanged",
         "08_04: gaps of 15 frames filled by lines",
         "accad-m1_run: right wrist at the nose",
