@@ -20,7 +20,7 @@ from ..models.common.motion import in_doubt
 from ..models.common.residuals import limb_scores, residuals_of
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import AngleErrors, Take, in_single
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
@@ -29,11 +29,7 @@ from ..pipeline.signals.foot_angles import ALL_ANGLES
 from .lift import Lift
 from .trajectories import Smoother
 
-# What is said of how the errors of angles are known, unless they are the built-in lifter's.
-ANGLE_ERRORS = (
-    "angle-errors-unknown", "angle-errors-unjudged", "angle-errors-by-disagreement",
-    "angle-errors-of-file", "angle-errors-unused",
-)  # fmt: skip
+ANGLE_ERRORS = ("angle-errors-unknown", "angle-errors-unused")  # what is said where these are not known
 _KEYPOINTS = "the video's keypoints too, or "
 _SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT), or "
 
@@ -85,25 +81,17 @@ class Angles:
         kinematics = {**(take.kinematics or {}), **columns}
         take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
         doubts = [] if far is None else [far]
-        return take.saying(*doubts, *_notices(columns), *self._known(poses, basis, noise, _lacking(take)))
+        return take.saying(*doubts, *_notices(columns), *self._unknown(poses, basis, _lacking(take)))
 
-    def _known(
-        self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None, more: str
-    ) -> Iterator[Notice]:
-        """What is said of how the errors are known. more: as for `errors_unknown`."""
-        by = _by(poses.made_by)
-        if basis == "disagreement":
-            yield notice("angle-errors-by-disagreement", by=by)
-        elif basis == "file" and noise is not None:
-            yield notice("angle-errors-of-file", lifter=noise.lifter, by=by)
-        elif basis == "none":
-            if self.errors is not None:
-                measured = poses.made_by.kind == "measured"
-                yield notice(
-                    "angle-errors-unused", are="were measured" if measured else "are in a world's axes"
-                )
-            elif unknown := errors_unknown(poses, more):
-                yield unknown
+    def _unknown(self, poses: PoseSequence, basis: AngleErrors, more: str) -> Iterator[Notice]:
+        """Why the errors are not known, where they are not. more: as for `errors_unknown`."""
+        if basis != "none":
+            return
+        if self.errors is not None:
+            measured = poses.made_by.kind == "measured"
+            yield notice("angle-errors-unused", are="were measured" if measured else "are in a world's axes")
+        elif unknown := errors_unknown(poses, more):
+            yield unknown
 
 
 def _lacking(take: Take) -> str:
@@ -125,11 +113,16 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
     if poses.made_by.kind == "measured":
         return None
     if poses.made_by.kind == "unknown":
-        return notice("angle-errors-unknown")
+        why = (
+            "say whether the poses were measured or estimated (-O made_by=measured, or -O made_by=estimated)"
+        )
+        return notice("angle-errors-unknown", why=why)
     advice = (
         f"; give {more}a file of its errors (--set angles.errors=FILE)" if poses.lifted else " in world axes"
     )
-    return notice("angle-errors-unjudged", by=_by(poses.made_by), advice=advice)
+    by = f" by {poses.made_by.by}" if poses.made_by.by else ""
+    why = f"the poses were estimated{by}, and this estimator was not compared with ground truth{advice}"
+    return notice("angle-errors-unknown", why=why)
 
 
 def _second(take: Take) -> PoseSequence | None:
@@ -174,10 +167,6 @@ def _columns(
         }
         columns |= in_single({f"{name}_{what}": values for what, values in own.items()})
     return columns
-
-
-def _by(made_by: MadeBy) -> str:
-    return f" by {made_by.by}" if made_by.by else ""
 
 
 def _notices(columns: dict[str, np.ndarray]) -> list[Notice]:

@@ -105,13 +105,10 @@ def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:
 
 
 def _notices(found: Camera) -> list[Notice]:
-    """What of the camera was not found, or is not as told."""
-    said = []
-    if found.focal_against_px is not None:
-        said.append(notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px))
-    if not found.looks:
-        said.append(notice("image-without-up", reason=found.reason))
-    return said
+    """What of the camera is not as told."""
+    if found.focal_against_px is None:
+        return []
+    return [notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px)]
 
 
 def _motion(background: Background | None, told: Told) -> list[Notice]:

@@ -111,9 +111,9 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
             rows = np.concatenate([np.arange(a, b) for a, b in spans])
             outside = out[rows][:, joints].any(axis=1).mean() > 0.5
             when = ", ".join(_while(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
-            code = "not-in-image" if outside else "not-seen"
-            parts = 2 if name == part else 1
-            notices.append(notice(code, rows=[a for a, _ in spans], part=name, parts=parts, when=when))
+            values = {"part": name, "parts": 2 if name == part else 1, "when": when}
+            how = "not in the image" if outside else "not visible"
+            notices.append(notice("not-seen", rows=[a for a, _ in spans], how=how, **values))
     return notices
 
 

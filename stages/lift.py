@@ -187,13 +187,20 @@ def _focal(lifted: Lifted) -> list[Notice]:
     focal_px, known = lifted.focal_px, lifted.focal_known
     if lifted.placed:
         at = "" if focal_px is None else f", at a focal length of {focal_px:.0f} pixels"
-        return [notice("path-errors-unknown", reason=f"the path of the pelvis is the lifter's own{at}")]
+        return [
+            notice(
+                "errors-unknown",
+                what="paths, velocities and accelerations",
+                reason=f"the path of the pelvis is the lifter's own{at}",
+            )
+        ]
     if focal_px is None or known:
         return []
     if lifted.bearing_deg is None:
-        return [notice("focal-guessed", focal_px=focal_px)]
+        return [notice("focal-guessed", focal_px=focal_px, costs="place and speed are less sure")]
     least, most = lifted.bearing_deg
-    return [notice("bearing-shifts-heading", least_deg=least, most_deg=most, focal_px=focal_px)]
+    costs = f"the heading is off by {least:.0f} to {most:.0f} degrees, because the lifter sees the person in a crop"
+    return [notice("focal-guessed", focal_px=focal_px, costs=costs)]
 
 
 def _gaps(lifted: Lifted) -> list[Notice]:

@@ -69,9 +69,6 @@ class Rectify:
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
-_UPSIDE_DOWN = ("upside-down", "picture-upside-down")
-
-
 def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
     if rectified.level_ok and (turning := turns_of(take.with_(rectified=rectified))) is not None:
         by_focal = FOCAL_HEADING * np.degrees(turning.heading)
@@ -81,18 +78,15 @@ def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
 
 
 def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, list[Notice]]:
-    """With no bound of up where nobody knows it, and what is said of the frames and of up. judged: what the poses are
+    """With no bound of up where nobody knows it, and what is said of up. judged: what the poses are
     judged by."""
     notices = []
-    lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
-    if lost:
-        notices.append(notice("frames-not-rectified", lost=lost, frames=len(rectified.level)))
     if not rectified.level_ok:
         notices.append(notice("not-levelled", reason=rectified.level_reason))
     if _up_of_unusable(rectified, verdict(judged)):
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices.append(notice("up-of-unusable"))
-    told = any(finding.code in _UPSIDE_DOWN for finding in judged)
+    told = any(finding.code == "upside-down" for finding in judged)
     if (said := nobody_upright(rectified)) and not told:
         notices.append(said)
     return rectified, notices

@@ -38,8 +38,11 @@ class Scale:
             return take.with_(poses=scaled, rectified=rectified)
         if poses.frame.metric:
             assumed = poses.made_by.kind == "estimated" and poses.frame.family == "camera"
-            return take.saying(notice("scale-assumed")) if assumed else take
-        return take.saying(notice("no-scale"))
+            lengths = (
+                "Lengths are in metres for the body size that the estimator assumes, which no image shows"
+            )
+            return take.saying(notice("no-scale", weight="warning", lengths=lengths)) if assumed else take
+        return take.saying(notice("no-scale", lengths="Lengths have no unit"))
 
 
 def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:

@@ -95,11 +95,9 @@ class Trajectories:
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
         smoothed = known_error and len(level) > 1  # a single frame has no path
         if smoothed and level.covariance is None:
-            reason = "those of the joints were estimated from the paths, which do not show slow errors"
-            notices.append(notice("path-errors-unknown", reason=reason))
+            notices.append(_unknown("were estimated from the paths, which do not show slow errors"))
         elif smoothed and not judged:
-            reason = "those of the joints, which the lifter states, were not checked"
-            notices.append(notice("path-errors-unknown", reason=reason))
+            notices.append(_unknown("are stated by the lifter, and were not checked"))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices, *filtered, *clock_doubts(level)
         )
@@ -113,6 +111,12 @@ class Trajectories:
     def classical(self) -> Filter:
         """The filter of the joints that angles are taken from."""
         return "butterworth" if self.smoother == "auto" else self.smoother
+
+
+def _unknown(why: str) -> Notice:
+    """That paths have no stated errors, by why those of the joints are not known."""
+    reason = f"those of the joints {why}"
+    return notice("errors-unknown", what="paths, velocities and accelerations", reason=reason)
 
 
 def known_motions(

@@ -32,8 +32,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Of {of:~image} with movement, {repeated} only {repeated:?repeats/repeat} the one before, {where}. Up to four "
         "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
         "own frame rate."),
-    "image-still": ("suspicious", "view",
-        "All images of the person are the same: this is a picture, and shows no movement."),
     "images-frozen": ("warning", "view",
         "The image stands still in frames {frames}. Where the person is meanwhile is not known, so nothing is measured "
         "there."),
@@ -119,8 +117,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "You gave --camera {told}, but {found}. If that is so, give --camera {other}."),
     "camera-motion-unknown": ("note", "camera",
         "It is unclear whether the camera moves: the background has too few corners, or each moves in its own way."),
-    "image-without-up": ("note", "camera",
-        "The image was not used to find which way is up: {reason}."),
     "focal-against-lines": ("warning", "camera",
         "You gave a focal length of {focal_px:.0f} pixels, but according to the straight lines of the image it is "
         "about {fits:.0f}. If the lines are right, place and speed are wrong. Your value is used (--focal)."),
@@ -129,8 +125,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Left and right were corrected as asked: {repair}."),
     "sides-wrong-as-asked": ("warning", "left and right",
         "Left and right were treated as you asked, but then they are {verdict}: {evidence}."),
-    "sides-doubtful": ("warning", "left and right",
-        "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
         "The {what} look wrong: {swaps} ({wrong} of {of:~frame}); run --set read.swaps=mask leaves these "
         "limbs out there."),
@@ -145,11 +139,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "From {when} poses and keypoints disagree on which of the {limbs} is the right one; one of the two is wrong."),
     # Lifting
     "focal-guessed": ("note", "camera",
-        "The focal length was assumed to be {focal_px:.0f} pixels, and the video to be uncropped; --focal "
-        "PIXELS makes place and speed surer."),
-    "bearing-shifts-heading": ("note", "camera",
-        "Without the focal length the heading is off by {least_deg:.0f} to {most_deg:.0f} degrees (for "
-        "{focal_px:.0f} pixels), because the lifter sees the person in a crop. Give --focal PIXELS."),
+        "The focal length was assumed to be {focal_px:.0f} pixels, and the video to be uncropped: {costs}. Give "
+        "--focal PIXELS."),
     "frames-without-joints": ("warning", "",
         "{frames:~frame was/frames were} not lifted, because {reason}."),
     # Cleaning, scaling, placing
@@ -167,19 +158,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The video has no images {when}; {so}."),
     "joints-absent": ("note", "",
         "The file has no {joints}; what needs {count:?it/them} is left out."),
-    "not-in-image": ("warning", "view",
-        "The {part} {parts:?is/are} not in the image {when}; results that need {parts:?it/them} are missing there."),
     "image-size-doubtful": ("warning", "view",
         "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
         "{right:.0f} and y = {down:.0f}. Give the size of the image of the keypoints (--set read.image_size); "
         "otherwise the place is wrong."),
     "not-seen": ("warning", "view",
-        "The {part} {parts:?is/are} not visible {when}; results that need {parts:?it/them} are missing there."),
+        "The {part} {parts:?is/are} {how} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("note", "",
-        "Lengths have no unit; --stature METRES gives them metres."),
-    "scale-assumed": ("warning", "",
-        "Lengths are in metres for the body size that the estimator assumes; an image does not show how tall a "
-        "person is. Give the person's height (--stature METRES)."),
+        "{lengths}. Give the person's height (--stature METRES) for lengths in metres."),
     "not-placed": ("note", "place",
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
@@ -187,8 +173,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "within {within:g} {unit}, mostly in depth; besides, the size of the whole path is within {size_percent:g} %; "
         "{depth}{guess}{unjudged}."),
     # Up
-    "frames-not-rectified": ("warning", "up",
-        "{lost} of {frames:~frame} {lost:?has/have} too few joints of the trunk to be turned upright."),
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
     "up-of-unusable": ("note", "up",
@@ -212,10 +196,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "relative-to-camera": ("note", "motion",
         "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right; other speeds "
         "and accelerations include the camera's rotation."),
-    "path-errors-unknown": ("note", "motion",
-        "The errors of paths, velocities and accelerations are not known: {reason}."),
-    "gait-errors-unknown": ("note", "motion",
-        "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
+    "errors-unknown": ("note", "motion",
+        "The errors of {what} are not known: {reason}."),
     "on-a-belt": ("note", "motion",
         "The standing feet are carried back under the body, as on a treadmill: speed and lengths of steps are "
         "relative to its belt."),
@@ -230,17 +212,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
     "angle-errors-unknown": ("note", "motion",
-        "The errors of the angles are not known. Say whether the poses were measured or estimated (-O "
-        "made_by=measured, or -O made_by=estimated)."),
-    "angle-errors-unjudged": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by}, and this estimator was not "
-        "compared with ground truth{advice}."),
-    "angle-errors-by-disagreement": ("note", "motion",
-        "The errors of the angles are estimated: these poses{by} were compared with the built-in lifter on "
-        "the same keypoints."),
-    "angle-errors-of-file": ("note", "motion",
-        "The errors of the angles come from the given file, which states them for {lifter}; the poses were "
-        "estimated{by}."),
+        "The errors of the angles are not known: {why}."),
     "angle-errors-unused": ("warning", "motion",
         "The given file of angle errors was not used: it is for poses that were estimated in camera axes, and "
         "these {are}."),
@@ -249,8 +221,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{file} was not written, because {reason}."),
     "file-begins": ("note", "files",
         "{file} begins at {begin_s:.3f} s of the take."),
-    "animation-origin": ("note", "files",
-        "{file}: {where}."),
     "animation-held": ("note", "files",
         "{file}: in {held} of {frames:~frame} nothing is known about {joints}; the last known value is kept."),
     # What is wrong with poses
@@ -310,17 +280,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "stature": ("suspicious", "poses",
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really {unit}."),
     "upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
-        "upside down, or the person does a handstand. If its y points up, read it with --adapter arrays -O "
-        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary "
-        "if it has no scale)."),
+        "The head is below the feet in {share_percent:.0f} % of the frames: {what}, unless the person does a "
+        "handstand."),
     "on-its-side": ("suspicious", "poses",
         "The trunk is tilted by more than {off_deg:.0f} degrees from the file's vertical axis in {share_percent:.0f} % "
         "of the frames: the person lies or crawls, or another axis is up. In that case say which (-O up=y or z; with "
         "--adapter arrays -O frame=Y_UP or Z_UP)."),
-    "picture-upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
-        "the person does a handstand."),
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next in {count:~frame}, first in frame {first}."),
     "seams": ("note", "poses",
@@ -331,13 +296,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses reach frame {last}, but the video ends with frame {ends}: they do not belong together."),
     "video-unnumbered": ("suspicious", "poses",
         "There are {rows_read:~row} without frame numbers for {frames:~frame} of the video: time may drift."),
-    "video-fits": ("note", "poses",
-        "There are {rows_read:~row} for {frames:~frame} of the video, at {fps:g} per second."),
     "keypoints-not-compared": ("note", "poses",
         "The poses were not compared with the keypoints: {reason}."),
-    "keypoints-met": ("note", "poses",
-        "The poses fit the keypoints within {off_percent:.1f} % of the stature, in the {frames:~frame} that were "
-        "compared."),
     # Comparing runs
     "run-doubtful": ("warning", "files",
         "The poses of {run} are {verdict}, so differences may be their errors: {why}."),

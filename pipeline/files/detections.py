@@ -90,7 +90,7 @@ class Detections:
         runs = np.split(repeated, np.flatnonzero(np.diff(repeated) > 1) + 1)
         frozen = [run for run in runs if len(run) >= _FROZEN]
         if frozen and np.isin(seen[1:], repeated).all():
-            return [notice("image-still")]
+            return [notice("images-frozen", weight="suspicious", frames=f"{first} to {last}")]
         if frozen:
             still = np.concatenate(frozen)
             weight: Weight = "suspicious" if len(still) > _MOST * (last + 1 - first) else "warning"

@@ -159,7 +159,7 @@ def inspect(
         found += swap_findings(looked_at, swaps)
         if poses is not None and keypoints is not None:
             fit = _fit(poses, tracks, None if recording is None else shown_size(recording))
-            found.append(_fit_finding(fit, poses))
+            found += _fit_findings(fit, poses)
         people.append(Person(source, poses, tuple(found), fit, swaps))
     return Inspection(path, read.adapter.name, tuple(people))
 
@@ -197,7 +197,7 @@ def _video_findings(source: PoseSequence, video: Video | None) -> list[Notice]:
         return [notice("video-apart", last=last, ends=frames - 1)]
     if not source.frames_known and len(source) != frames:
         return [notice("video-unnumbered", rows_read=len(source), frames=frames)]
-    return [notice("video-fits", rows_read=len(source), frames=frames, fps=video.fps)]
+    return []
 
 
 def _fit(poses: PoseSequence, tracks: tuple[PoseSequence, ...], size: tuple[int, int] | None) -> Fit | None:
@@ -211,11 +211,12 @@ def _fit(poses: PoseSequence, tracks: tuple[PoseSequence, ...], size: tuple[int,
     return min((fit for fit in found if fit), key=lambda fit: fit.best, default=None)
 
 
-def _fit_finding(fit: Fit | None, poses: PoseSequence) -> Notice:
+def _fit_findings(fit: Fit | None, poses: PoseSequence) -> list[Notice]:
     if fit is None:
         why = "too few frames or joints in common" if poses.frame.family == "camera" else "no camera's axes"
-        return notice("keypoints-not-compared", reason=why)
-    return fit.notice() or notice("keypoints-met", off_percent=100 * fit.off, frames=fit.frames)
+        return [notice("keypoints-not-compared", reason=why)]
+    doubt = fit.notice()
+    return [doubt] if doubt else []
 
 
 def _known(value: float) -> float | None:

@@ -91,7 +91,7 @@ def _of_camera(take: Take) -> dict[str, Any]:
 
 def _camera_in_words(take: Take) -> list[str]:
     camera, figures = take.need("camera"), _of_camera(take)
-    source, lines = _FOCAL_BY[camera.focal_source], []
+    source, lines = _FOCAL_BY[camera.focal_source], [f"pitch and roll are not known: {camera.reason}"]
     if camera.looks:
         pitch, roll, error = (figures[name] for name in ("pitch_deg", "roll_deg", "up_error_deg"))
         lines = [f"pitch {pitch:.1f} and roll {roll:.1f} degrees, standard deviation of up {error:.1f}"]

@@ -207,8 +207,14 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
     share = float((below @ up > np.linalg.norm(at["thorax"] - at["pelvis"], axis=-1)).mean())
     if share < _TURNED_OVER:
         return []
-    in_run = poses.made_by.in_run  # they have the picture's axes
-    return [notice("picture-upside-down" if in_run else "upside-down", share_percent=100 * share)]
+    what = (
+        "turn the image before the run"  # whose axes they have
+        if poses.made_by.in_run
+        else "the file's vertical axis seems to be upside down. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary if "
+        "it has no scale)"
+    )
+    return [notice("upside-down", share_percent=100 * share, what=what)]
 
 
 def nobody_upright(rectified: Rectified) -> Notice | None:

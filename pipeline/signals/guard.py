@@ -13,7 +13,7 @@ from ..core.take import Check, Handedness, Take
 from .checks import chirality, upside_down
 from .findings import findings_of
 
-_ASKED, _DOUBTFUL = "sides-wrong-as-asked", "sides-doubtful"
+_ASKED = "sides-wrong-as-asked"
 
 
 def looked_at(take: Take) -> Take:
@@ -43,7 +43,7 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str, check: Chec
     """
     if check == "off" and handedness == "refuse":
         handedness = "ignore"
-    if any(each.code in (_ASKED, _DOUBTFUL) for each in poses.notices):  # whoever read them has looked
+    if any(each.code == _ASKED for each in poses.notices):  # whoever read them has looked
         return poses
     poses = _sided(poses, handedness, where)
     if check == "refuse":
@@ -85,8 +85,6 @@ def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSeque
             f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
             "pass --set read.handedness=mirror if the coordinates are mirrored, =swap if the names are, or =ignore.",
         )
-    if evidence.verdict == "doubtful":
-        return poses.saying(notice(_DOUBTFUL, evidence=str(evidence)))
     return poses
 
 

@@ -78,13 +78,7 @@ class Armature:
 
     def notes(self, file: str) -> tuple[Notice, ...]:
         """What a reader of a file of it has to know that the file itself does not show."""
-        left, up, front = (float(value) for value in self.moved + 0.0)
-        if self.moves:
-            unit = "m" if self.unit == "m" else "units"
-            where = f"its origin is {left:.2f} {unit} to the left, {up:.2f} up and {front:.2f} in front of that of TRC"
-        else:
-            where = "the pelvis stays in one place, because its path is not known"
-        said = [notice("animation-origin", file=file, where=where)]
+        said = []
         if round(self.time_s[0], 3):
             said.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
         by_count = defaultdict(list)

@@ -39,7 +39,6 @@ _DOUBTFUL = (
     "legs-against-arms",
     "limbs-copied",
     "mirrored",
-    "sides-doubtful",
     "sides-wrong-as-asked",
 )
 # What is compared, the limb that it is of, and how many of that limb's two outer joints it rests on.

@@ -206,7 +206,9 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
         return []
     errors, made_by = errors_of(motion.source), motion.source.made_by
     if errors is None:
-        return [notice("gait-errors-unknown", by=f" by {made_by.by}" if made_by.by else "")]
+        by = f" by {made_by.by}" if made_by.by else ""
+        reason = f"these poses{by} were not compared with ground truth"
+        return [notice("errors-unknown", what="the gait figures", reason=reason)]
     style = style_of(time_values(gait))
     told = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
     beyond = " and ".join(told[name].format(style[name]) for name in errors.beyond(gait.kind, style))

@@ -25,8 +25,8 @@ SHAPE = (
     "limbs-copied", "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
 )  # fmt: skip
 GAPS = ("joints-filled", "joints-coincide", "joints-exchanged")
-SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", *TOGETHER)
-UP = ("nobody-upright", "upside-down", "picture-upside-down", "not-levelled")
+SIDES = ("mirrored", "legs-against-arms", "left-and-right", *TOGETHER)
+UP = ("nobody-upright", "upside-down", "not-levelled")
 PEOPLE = ("leaps", "leap-between-people", "strays-removed", "people-by-poses-alone")
 
 

@@ -71,7 +71,7 @@ def test_knees_outside_of_the_image_have_no_range(run, data):
     hips = np.load(data / "lifter/walk_crop.npz")["movenet_kp2d"][:, 11:13, 1]
     size = f"read.image_size=884x{int(np.median(hips)) + 5}"
     summary = run("walk_crop", "--fps", 30, "--set", size)
-    assert "not-in-image" in [each["code"] for each in summary["notices"]]
+    assert "not in the image" in [each["values"].get("how") for each in summary["notices"]]
     ranges = summary["measures"]["range_of_motion"]
     assert not any("p05_p95_deg" in ranges[f"{side}_knee_flexion"] for side in "rl")
 

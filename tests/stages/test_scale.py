@@ -63,9 +63,7 @@ def test_a_body_without_limbs_cannot_be_scaled():
         scale(PoseSequence(np.full((2, 17, 3), np.nan), H36M17, ARBITRARY), 1.8)
 
 
-@pytest.mark.parametrize(
-    ("kind", "codes"), [("estimated", ["scale-assumed"]), ("measured", []), ("unknown", [])]
-)
+@pytest.mark.parametrize(("kind", "codes"), [("estimated", ["no-scale"]), ("measured", []), ("unknown", [])])
 def test_metres_of_an_estimator_are_said_to_be_assumed(kind, codes):
     """A page gave the speed of a walk in metres a second, out of one camera and without a height."""
     poses = PoseSequence(adult(1.7)[None], H36M17, CAMERA, made_by=MadeBy(kind))

@@ -288,7 +288,7 @@ def test_a_run_says_why_its_paths_have_no_errors(facing_camera):
         (unchecked, "were not checked"),
         (unstated, "were estimated from the paths"),
     ):
-        said = [each for each in Trajectories()(each).notices if each.code == "path-errors-unknown"]
+        said = [each for each in Trajectories()(each).notices if each.code == "errors-unknown"]
         assert len(said) == (why is not None)
         assert why is None or why in said[0].text
         assert not Trajectories(smoother="butterworth")(each).notices

@@ -43,9 +43,12 @@ def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facin
 
 def test_the_bearing_is_told_until_the_focal_length_is_known(per_frame, facing_camera, take):
     path = per_frame(ZERO, facing_camera)
-    unknown, known = ([e.code for e in Lift(path)(take.telling(focal_px=f)).notices] for f in (None, 640.0))
-    assert "bearing-shifts-heading" in unknown
-    assert "bearing-shifts-heading" not in known
+    unknown, known = (
+        [said.values.get("costs", "") for said in Lift(path)(take.telling(focal_px=focal)).notices]
+        for focal in (None, 640.0)
+    )
+    assert any("the heading is off" in costs for costs in unknown)
+    assert not any(known)
 
 
 def test_a_lift_that_is_no_skeleton_is_warned_of(per_frame, take):

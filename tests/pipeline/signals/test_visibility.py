@@ -51,7 +51,7 @@ def test_beyond_the_border_from_a_time_on(axis, value):
     assert not hidden[:50].any()
     np.testing.assert_array_equal(hidden, out)
     (said,) = not_seen(hidden, out, TIMES)
-    assert said.code == "not-in-image"
+    assert said.values["how"] == "not in the image"
     assert said.text.startswith("The feet are not in the image from 2.0 s")
 
 
@@ -151,7 +151,7 @@ def test_feet_that_pile_up_at_the_edge_are_out_from_when_they_left(seed):
         assert not hidden[times < at - 0.2, joint].any()
         np.testing.assert_array_equal(hidden[:, joint], out[:, joint])
     (said,) = [one for one in not_seen(hidden, out, times) if one.values["part"] == "feet"]
-    assert said.code == "not-in-image"
+    assert said.values["how"] == "not in the image"
 
 
 def test_who_only_stands_near_the_edge_is_in_the_image():

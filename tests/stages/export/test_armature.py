@@ -40,13 +40,6 @@ def test_joints_are_where_the_take_has_them(walked, feet):
     np.testing.assert_allclose(found.root + found.moved, over_the_floor, atol=1e-9)
 
 
-def test_a_distance_of_origins_has_its_unit(walked):
-    for unit, told in (("m", "m"), ("arbitrary", "units")):
-        (said, *_) = replace(armature(walked()), unit=unit).notes("skeleton.bvh")
-        assert said.code == "animation-origin"
-        assert f" {told} to the left" in said.text
-
-
 def test_at_rest_it_stands_in_a_t_pose_and_faces_z(walked):
     found = armature(walked(feet=True))
     rest = dict(zip(found.skeleton.names, found.skeleton.rest, strict=True))
