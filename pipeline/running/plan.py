@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from ..core.errors import InputError
+from ..core.take import Told
 from ..plugins import registry
 from ..plugins.options import checked, option_types
 from ..plugins.removed import refuse_removed
@@ -25,34 +28,44 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
-    if recipe is not None and options.recipe is not None:
-        raise InputError(
-            "option-conflict", f"Expected one recipe, got another beside {options.recipe}; leave one out."
-        )
-    chosen = load_recipe(options.recipe) if recipe is None else recipe
+    chosen = _checked(recipe, options.recipe)
+    off = [name for name, value in options.settings.items() if value == OFF and "." not in name]
+    if recipe is None:
+        needed = {"lift": options.poses is None, "calibrate": options.video is not None, "detect": alone}
+        for stage in (stage for stage, is_needed in needed.items() if is_needed):
+            chosen = chosen.starting_with(stage)
+        for name in off:
+            _require(chosen, name, f"{name}={OFF}")
+    for name in off:
+        chosen = chosen.without(name) if chosen.has(name) else chosen
+    short = {(flag_of(name), sets.place): getattr(options, name) for name, sets in SHORT.items()}
+    chosen = _with_options(chosen, {way: value for way, value in short.items() if value})
+    own = {name: value for name, value in options.settings.items() if "." in name}
+    own = {(name, name): checked_setting(name, value) for name, value in own.items()}
+    chosen = _with_options(chosen, own)
+    _check_read(options.told, chosen)
+    return chosen
+
+
+def _checked(recipe: Recipe | None, path: Path | None) -> Recipe:
+    """The recipe, or that of a file, or the default one. InputError for two, and for an option of a stage that it does
+    not have any more."""
+    if recipe is not None and path is not None:
+        raise InputError("option-conflict", f"Expected one recipe, got another beside {path}; leave one out.")
+    chosen = load_recipe(path) if recipe is None else recipe
     for entry in chosen.stages:
         for key, value in entry.options.items():
             _check_own(entry.use, key, value)
-    if recipe is None:
-        chosen = _with_needed(chosen, options, alone)
-    for name, value in options.settings.items():
-        if value == OFF and "." not in name:
-            if recipe is None:
-                _require(chosen, name, f"{name}={OFF}")
-            chosen = chosen.without(name) if chosen.has(name) else chosen
-    for name, sets in SHORT.items():
-        if value := getattr(options, name):
-            stage, _, key = sets.place.partition(".")
-            _require(chosen, stage, flag_of(name))
-            chosen = chosen.with_options(stage, **{key: value})
-    for name, value in options.settings.items():
-        stage, dot, key = name.partition(".")
-        if dot:
-            value = checked_setting(name, value)
-            _require(chosen, stage, name)
-            chosen = chosen.with_options(stage, **{key: value})
-    _check_read(options, chosen)
     return chosen
+
+
+def _with_options(recipe: Recipe, options: Mapping[tuple[str, str], Any]) -> Recipe:
+    """With the values of options by how each was given and its "STAGE.KEY"."""
+    for (way, place), value in options.items():
+        stage, _, key = place.partition(".")
+        _require(recipe, stage, way)
+        recipe = recipe.with_options(stage, **{key: value})
+    return recipe
 
 
 def checked_setting(name: str, value: Any) -> Any:
@@ -61,17 +74,6 @@ def checked_setting(name: str, value: Any) -> Any:
     stage, _, key = name.partition(".")
     _check_own(stage, key, value)
     return checked(registry.load("stages", stage), what=f"Stage '{stage}'", options={key: value})[key]
-
-
-def _with_needed(recipe: Recipe, options: RunOptions, alone: bool) -> Recipe:
-    """With the stages that these files ask for. alone: whether there is only a video."""
-    if options.poses is None:
-        recipe = recipe.starting_with("lift")
-    if options.video is not None:
-        recipe = recipe.starting_with("calibrate")
-    if alone:
-        recipe = recipe.starting_with("detect")
-    return recipe
 
 
 def _check_own(stage: str, key: str, value: Any) -> None:
@@ -86,9 +88,8 @@ def _check_own(stage: str, key: str, value: Any) -> None:
         )
 
 
-def _check_read(options: RunOptions, recipe: Recipe) -> None:
+def _check_read(told: Told, recipe: Recipe) -> None:
     """InputError for something told that no stage of the recipe reads."""
-    told = options.told  # refuses what cannot be
     asked = {name: tells.field for name, tells in TOLD.items() if not tells.by_reading}
     given = {name: field for name, field in asked.items() if getattr(told, field) is not None}
     read = {field for entry in recipe.stages for field in _reads(entry.use)} if given else set()

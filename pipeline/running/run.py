@@ -11,7 +11,7 @@ from typing import TypedDict, Unpack
 
 import numpy as np
 
-from ..core.device import computing_on
+from ..core.device import Placement, computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many
 from ..core.system import give_memory_back
@@ -94,7 +94,13 @@ def _run(
     with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
         if everybody and recipe.has("detect"):
             options, recipe = _detected(folder, options, recipe, done), recipe.without("detect")
-        return run_into(folder, options, recipe, done, everybody, how.get("given", NOTHING))
+        with computing_on(options.device) as placement:
+            _aimed(recipe, folder).build()  # refused before anything is read
+            start, given = time.perf_counter(), how.get("given", NOTHING)
+            people = _people(options) if everybody else [Person("", 0, open_take(options, given))]
+            done("read", time.perf_counter() - start)
+            give_memory_back()
+            return _processed(people, folder, recipe, placement, done, everybody)
 
 
 def _detected(
@@ -107,35 +113,28 @@ def _detected(
     return options.with_(keypoints=folder / KEYPOINTS)
 
 
-def run_into(
+def _processed(
+    people: list[Person],
     folder: Path,
-    options: RunOptions,
     recipe: Recipe,
+    placement: Placement,
     done: Callable[[str, float], None],
-    everybody: bool = False,
-    given: Given = NOTHING,
+    everybody: bool,
 ) -> tuple[PersonRun, ...]:
-    """`run_files`, or with everybody `run_people`, into a folder that is already there."""
-    with computing_on(options.device) as placement:
-        pipeline = _aimed(recipe, folder).build()
-        start = time.perf_counter()
-        people = _people(options) if everybody else (Person("", 0, open_take(options, given)),)
-        done("read", time.perf_counter() - start)
-        give_memory_back()
-        who = [(person.name, person.frames) for person in people]
-        ended = {i: person.take for i, person in enumerate(people)}
-        takes = {i: end for i, end in ended.items() if isinstance(end, Take)}
-        ended = {i: end for i, end in ended.items() if i not in takes}
-        del people  # what stages replace is not to be held beside their answers
-        names = folder_names([who[i][0] for i in takes]) if everybody else [""]
-        folders = dict(zip(takes, names, strict=True))
-        pipelines = {
-            i: _aimed(recipe, folder / name).build() if name else pipeline for i, name in folders.items()
-        }
-        for i in takes:
-            pipelines[i].check_rate(_frame_rate(takes[i]))
-        require_space(folder.parent, bytes_needed(recipe, *takes.values()), "The run")
-        ended |= _by_scene(pipelines, takes, done)
+    """The runs of people, whose list is emptied: what stages replace is not to be held beside their answers. With
+    everybody each has a folder in `folder`."""
+    who = [(person.name, person.frames) for person in people]
+    ended = {i: person.take for i, person in enumerate(people)}
+    people.clear()
+    takes = {i: end for i, end in ended.items() if isinstance(end, Take)}
+    ended = {i: end for i, end in ended.items() if i not in takes}
+    names = folder_names([who[i][0] for i in takes]) if everybody else [""]
+    folders = dict(zip(takes, names, strict=True))
+    pipelines = {i: _aimed(recipe, folder / name).build() for i, name in folders.items()}
+    for i in takes:
+        pipelines[i].check_rate(_frame_rate(takes[i]))
+    require_space(folder.parent, bytes_needed(recipe, *takes.values()), "The run")
+    ended |= _by_scene(pipelines, takes, done)
     runs = []
     for i, (person, frames) in enumerate(who):
         end, name = ended[i], folders.get(i, "")
@@ -221,7 +220,7 @@ def _by_scene(
     return ended
 
 
-def _people(options: RunOptions) -> tuple[Person, ...]:
+def _people(options: RunOptions) -> list[Person]:
     """Everybody in the files; a person seen too briefly has that as the reason."""
     people = []
     for person in open_people(options):
@@ -229,7 +228,7 @@ def _people(options: RunOptions) -> tuple[Person, ...]:
             few = f"seen in {how_many(person.frames, 'frame')}; at least {FEWEST_FRAMES} are needed"
             person = replace(person, take=InputError("nothing-usable", few))
         people.append(person)
-    return tuple(people)
+    return people
 
 
 def _checked(recipe: Recipe) -> Recipe:
