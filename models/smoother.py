@@ -108,11 +108,12 @@ def known_noise(
         axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
     y = rotate(axes, points.astype(np.float64))
     answer = np.full((2, 3, T, J, D), np.nan, np.float32)
-    seen = np.asarray(is_finite(y))
-    if seen.sum() < _FEWEST:
+    visible = np.asarray(is_finite(y))
+    if visible.sum() < _FEWEST:
         return Motion(answer[0], answer[1], axes)
     size = max(
-        float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
+        float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(visible.T) if rows.any()])),
+        _STILL,
     )
     quick = rate(time_s) >= _QUICK_HZ
     if covariance is None:
@@ -128,14 +129,16 @@ def known_noise(
         ]
         noise = np.where(stated[..., None], noise, np.array(usual))
         if lifted:
-            told = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
-            too_quick = told.max() > 0.99 * size * _ERRORS[-1]  # the most that one forgotten so slowly may be
-            told = _LEAST_ERROR * told
+            least = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            too_quick = (
+                least.max() > 0.99 * size * _ERRORS[-1]
+            )  # the most that one forgotten so slowly may be
+            least = _LEAST_ERROR * least
             if quick and too_quick:
-                found, found_s = _unstated(y, time_s, size, breaks)
-                if found_s == 0:
-                    told, error_s = _SLOW_ERROR * found[0], found_s
-            noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
+                quick_noise, quick_s = _unstated(y, time_s, size, breaks)
+                if quick_s == 0:
+                    least, error_s = _SLOW_ERROR * quick_noise[0], quick_s
+            noise = noise * np.maximum(1, least / np.maximum(usual, 1e-9 * size))
     noise = np.maximum(noise, 1e-9 * size)
     for piece in _pieces(T, breaks):
         _smooth(y[piece], noise[piece], time_s[piece], error_s, size, answer[:, :, piece])
@@ -154,36 +157,36 @@ def _smooth(
 ) -> None:
     """Values and variances of one piece y (T, J, D) into answer (2, 3, T, J, D); noise: (T, J, D), variances."""
     T, _, D = y.shape
-    seen = np.asarray(is_finite(y))
-    fine = seen.sum(axis=0) >= _FEWEST
+    visible = np.asarray(is_finite(y))
+    fine = visible.sum(axis=0) >= _FEWEST
     if not fine.any():
         return
-    y, noise, seen = y[:, fine], noise[:, fine], seen[:, fine]
-    line, slope = _line(y, seen, time_s)
+    y, noise, visible = y[:, fine], noise[:, fine], visible[:, fine]
+    line, slope = _line(y, visible, time_s)
     y = y - line
     dt = 1 / rate(time_s)
     at, jerk = _jerks(_filled(y, time_s), noise, time_s, dt, error_s, size)
     knot_s = max(dt, 1 / _KNOTS_HZ)
     row = np.arange(T)[:, None]
-    first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
+    first, last = visible.argmax(axis=0), T - 1 - visible[::-1].argmax(axis=0)
     between = ((row >= first) & (row <= last))[..., None]
     around = round(_SETTLED_S / dt)
     for kept, rows, inside in overlapping(T, _ROWS, around):
-        found = solved(
+        answers = solved(
             y[rows].reshape(rows.stop - rows.start, -1),
-            np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
+            np.where(visible[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
             time_s[rows], knot_s, error_s, at, np.repeat(jerk, D, axis=1),
         ).reshape(2, 3, -1, *y.shape[1:])[:, :, inside]  # fmt: skip
-        found[0, 0] += line[kept]
-        found[0, 1] += slope
-        answer[:, :, kept, fine] = np.where(between[kept], found, np.nan)
+        answers[0, 0] += line[kept]
+        answers[0, 1] += slope
+        answer[:, :, kept, fine] = np.where(between[kept], answers, np.nan)
 
 
-def _line(y: np.ndarray, seen: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _line(y: np.ndarray, visible: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(T, J, D) the straight line nearest to the seen rows (T, J) of y (T, J, D), and its slope (J, D)."""
-    weight = (seen / seen.sum(axis=0))[..., None]
+    weight = (visible / visible.sum(axis=0))[..., None]
     off = time_s[:, None, None] - (weight * time_s[:, None, None]).sum(axis=0)
-    shown = np.where(seen[..., None], y, 0.0)
+    shown = np.where(visible[..., None], y, 0.0)
     slope = (weight * off * shown).sum(axis=0) / (weight * off**2).sum(axis=0)
     return (weight * shown).sum(axis=0) + slope * off, slope
 
@@ -227,13 +230,13 @@ def _unstated(
     none = np.full(y.shape, 1e-9 * size)
     windows = []
     for piece in pieces:
-        part, seen = y[piece], np.isfinite(y[piece]).all(axis=-1)
+        part, visible = y[piece], np.isfinite(y[piece]).all(axis=-1)
         if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= _FEWEST).all():
             part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
         hz, power, at = _spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))
         first = np.searchsorted(time_s[piece], at - _WINDOW_S / 2)
         stop = np.searchsorted(time_s[piece], at + _WINDOW_S / 2, side="right")
-        so_far = np.concatenate([np.zeros((1, y.shape[1]), dtype=int), seen.cumsum(axis=0)])
+        so_far = np.concatenate([np.zeros((1, y.shape[1]), dtype=int), visible.cumsum(axis=0)])
         windows.append((hz, power, (so_far[stop] - so_far[first]) / np.maximum(stop - first, 1)[:, None]))
     if not windows:
         return none, 0.0

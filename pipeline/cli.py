@@ -124,10 +124,10 @@ def _summary(point: EntryPoint) -> str:
         if isinstance(node, ast.FunctionDef) and node.name == point.attr:
             return (ast.get_docstring(node) or "").partition("\n\n")[0]
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == point.attr:
-            words = [
+            helps = [
                 word.value for word in ast.walk(node) if isinstance(word, ast.keyword) and word.arg == "help"
             ]
-            return next((str(word.value) for word in words if isinstance(word, ast.Constant)), "")
+            return next((str(word.value) for word in helps if isinstance(word, ast.Constant)), "")
     return ""
 
 
@@ -138,7 +138,7 @@ def _source(module: str) -> str:
     for part in module.split("."):
         name = f"{name}.{part}".lstrip(".")
         specs = (finder.find_spec(name, path) for finder in sys.meta_path if hasattr(finder, "find_spec"))
-        spec = next((found for found in specs if found is not None), None)
+        spec = next((first for first in specs if first is not None), None)
         if spec is None:
             return ""
         path = spec.submodule_search_locations
@@ -277,21 +277,21 @@ def inspect(
                 "option-conflict",
                 f"{', '.join(unread)} is for a file of poses or keypoints, and {file} is {what}; leave it out.",
             )
-        seen = inspect_video(file) if is_video else inspect_image(file)
-        print(json.dumps(seen.figures(), indent=1) if as_json else seen)
+        camera = inspect_video(file) if is_video else inspect_image(file)
+        print(json.dumps(camera.figures(), indent=1) if as_json else camera)
         return
-    found = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
-    print(json.dumps(found.figures(), indent=1) if as_json else found)
+    inspection = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
+    print(json.dumps(inspection.figures(), indent=1) if as_json else inspection)
     if plot is not None:
         from .inspect.image import draw
 
-        drawn = max(found.people, key=lambda one: (one.poses is not None, len(one.source))).poses
+        drawn = max(inspection.people, key=lambda one: (one.poses is not None, len(one.source))).poses
         if drawn is None:
             raise InputError(
                 "option-conflict", f"{file} has no 3D poses that could be drawn; leave --plot out."
             )
         draw(drawn, plot)
-    raise typer.Exit(EXIT_CODES[found.verdict])
+    raise typer.Exit(EXIT_CODES[inspection.verdict])
 
 
 def list_(

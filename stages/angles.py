@@ -172,7 +172,7 @@ def _columns(
 def _notices(columns: dict[str, np.ndarray]) -> list[Notice]:
     """A note for each reason that took values away: from which angles, and how many."""
     notices = []
-    for code, words in REASONS.items():
+    for code, why in REASONS.items():
         if code == FINE:
             continue
         reasons = {name: columns[f"{name}_reason"] for name in ALL_ANGLES if f"{name}_reason" in columns}
@@ -181,6 +181,6 @@ def _notices(columns: dict[str, np.ndarray]) -> list[Notice]:
         if worst:
             most = ", ".join(f"{name} ({lost[name]})" for name in worst[:3])
             more = f" and {len(worst) - 3} more" if len(worst) > 3 else ""
-            values: dict[str, Any] = {"angles": most + more, "reason": words}
+            values: dict[str, Any] = {"angles": most + more, "reason": why}
             notices.append(notice("angles-left-out", **values, frames=lost))
     return notices

@@ -43,14 +43,14 @@ class Calibrate:
         spans = [_span(video, poses) for poses in everybody] or [video.span]
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
-        found = self._found(told, video, keypoints, span)
-        seen = [take.with_(camera=found).saying(*_belongs(take)) for take in takes]
-        return [take.saying(*_notices(found), *_motion(found.background, told)) for take in seen]
+        camera = self._found(told, video, keypoints, span)
+        checked = [take.with_(camera=camera).saying(*_belongs(take)) for take in takes]
+        return [take.saying(*_notices(camera), *_motion(camera.background, told)) for take in checked]
 
     def of_image(self, name: str, image: np.ndarray) -> Take:
         """A take of that name with the camera that one image (H, W, 3) uint8 RGB shows, and what is said of it."""
-        found = static_camera({0: image}, {})
-        return Take(name, camera=found).saying(*_notices(found))
+        camera = static_camera({0: image}, {})
+        return Take(name, camera=camera).saying(*_notices(camera))
 
     def check_told(self, told: Told) -> None:
         """InputError for two focal lengths, and for a file that is not there, before a run has looked at the video in
@@ -88,8 +88,8 @@ def _belongs(take: Take) -> list[Notice]:
         whole = 0, len(video.time_s) - 1
         part = _flow(video, keypoints, whole, range(first - whole[1], last + 1))
         flow = part if part is not None and part.how else flow
-    found = flow_notice(flow)
-    return [found] if found else []
+    doubt = flow_notice(flow)
+    return [doubt] if doubt else []
 
 
 def _flow(video: Video, keypoints: PoseSequence, span: tuple[int, int], lags: range) -> Flow | None:
@@ -104,11 +104,11 @@ def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
 
 
-def _notices(found: Camera) -> list[Notice]:
+def _notices(camera: Camera) -> list[Notice]:
     """What of the camera is not as told."""
-    if found.focal_against_px is None:
+    if camera.focal_against_px is None:
         return []
-    return [notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px)]
+    return [notice("focal-against-lines", focal_px=camera.focal_px, fits=camera.focal_against_px)]
 
 
 def _motion(background: Background | None, told: Told) -> list[Notice]:
@@ -117,11 +117,11 @@ def _motion(background: Background | None, told: Told) -> list[Notice]:
         return [notice("camera-motion-unknown")]
     values = {"how": background.words, "percent_a_second": 100 * background.speed}
     if told.standing and background.moves:
-        found = f"it {background.words}, for the background moves"
-        return [notice("camera-against-told", told="static", found=found, other="moving")]
+        why = f"it {background.words}, for the background moves"
+        return [notice("camera-against-told", told="static", found=why, other="moving")]
     if told.moving and background.kind == "still":
-        found = "the background stands still"
-        return [notice("camera-against-told", told="moving", found=found, other="static")]
+        why = "the background stands still"
+        return [notice("camera-against-told", told="moving", found=why, other="static")]
     if background.moves:
         return [notice("camera-moves", **values)]
     if background.reach > TREMBLE and not told.moving:

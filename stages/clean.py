@@ -297,10 +297,10 @@ def _filled(
 
     clip = np.searchsorted(np.asarray(seams), np.arange(len(joints)), side="right")
     for joint in range(joints.shape[1]):
-        known = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
-        if len(known) < 2 or len(known) == len(joints):
+        there = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
+        if len(there) < 2 or len(there) == len(joints):
             continue
-        before, after = known[:-1], known[1:]
+        before, after = there[:-1], there[1:]
         # A gap of n frames spans n + 1 intervals; its own length is one interval less.
         length_s = (time_s[after] - time_s[before]) * (1 - 1 / (after - before))
         short = (after - before > 1) & (length_s <= max_gap_s + 1e-9) & (clip[before] == clip[after])
@@ -309,6 +309,6 @@ def _filled(
         )
         rows = rows.astype(int)
         if len(rows):
-            joints[rows, joint] = PchipInterpolator(time_s[known], joints[known, joint])(time_s[rows])
+            joints[rows, joint] = PchipInterpolator(time_s[there], joints[there, joint])(time_s[rows])
             count += len(rows)
     return joints, count

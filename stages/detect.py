@@ -63,22 +63,24 @@ class Detect:
         source = f"{digest or sha256(video.path)} {package_version()}"
         if video.part is not None:
             source += f" from frame {video.part[0]}"
-        found = detect(video, detector, source)
-        if not len(found.person):
+        detections = detect(video, detector, source)
+        if not len(detections.person):
             frames = video.span[1] + 1 - video.span[0]
             raise InputError(
                 "nothing-usable",
-                f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} by {found.method}; give "
-                "another --detector, or check that the person is upright in the image, large enough, and in view with "
-                "shoulders and hips.",
+                f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} by {detections.method}; "
+                "give another --detector, or check that the person is upright in the image, large enough, and in view "
+                "with shoulders and hips.",
             )
-        tracks = found.people()
+        tracks = detections.people()
         names = first_names(tracks, video)
         people = joined(tracks, names)
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            same = np.array([int(names[str(person)]) for person in found.person], found.person.dtype)
-            replace(found, person=same).save(self.folder / KEYPOINTS)
+            same = np.array(
+                [int(names[str(person)]) for person in detections.person], detections.person.dtype
+            )
+            replace(detections, person=same).save(self.folder / KEYPOINTS)
         chosen = choose_detected(people, names.get(str(told.person), told.person), str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps).with_(notices=chosen.notices)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
@@ -86,17 +88,19 @@ class Detect:
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
         alone = [notice("others-missed")] if isinstance(detector, Follower) else []
-        return take.saying(*alone, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
+        return take.saying(
+            *alone, *_notices(detections, people, chosen, shown_size(video)), *doubts, *swapped
+        )
 
 
 def _notices(
-    found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
+    detections: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
 ) -> list[Notice]:
     """What the user should know about who was found where. size: the image's width and height."""
-    notices = [*chosen.notices, *found.doubts(chosen)]
-    others = sorted((one for one in people if one.person != chosen.person), key=len, reverse=True)
-    again = [one for one in others if may_be(one, chosen, size)]
+    notices = [*chosen.notices, *detections.doubts(chosen)]
+    others = sorted((track for track in people if track.person != chosen.person), key=len, reverse=True)
+    again = [track for track in others if may_be(track, chosen, size)]
     if again:
-        whose = {"again": listed([one.person for one in again]), "frames": sum(map(len, again))}
+        whose = {"again": listed([track.person for track in again]), "frames": sum(map(len, again))}
         notices.append(notice("lost-and-found", **whose, person=chosen.person))
     return notices

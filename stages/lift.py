@@ -71,12 +71,12 @@ class Lift:
             reason = "the whole body leaps there, to another place or with left and right exchanged"
             take = take.saying(notice("frames-without-joints", weight="repair", frames=strays, reason=reason))
         poses = self._guarded(lifted, take.told.handedness)
-        found = findings_of(poses)
+        findings = findings_of(poses)
         if not take.moving:
-            found = (*found, *_elsewhere(asked.keypoints, asked.image_size))
-        if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
-            found = (*found, *sides_doubts(asked, lifted.poses, str(self.lifter)))
-        take = take.with_(poses=poses, findings=found)
+            findings = (*findings, *_elsewhere(asked.keypoints, asked.image_size))
+        if lifted.kind == KIND and not any(each.code in _SIDES for each in findings):
+            findings = (*findings, *sides_doubts(asked, lifted.poses, str(self.lifter)))
+        take = take.with_(poses=poses, findings=findings)
         return take.saying(*_focal(lifted), *_gaps(lifted), *poses.notices)
 
     def poses_of(self, take: Take) -> PoseSequence:
@@ -94,10 +94,10 @@ class Lift:
         size = image_size(take)
         keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:
-            seen = seen_only(keypoints, size)
-            if size is not None and not is_finite(seen.joints).any():
+            visible = seen_only(keypoints, size)
+            if size is not None and not is_finite(visible.joints).any():
                 check_size(keypoints, size)
-            keypoints, strays = _without_strays(seen, keypoints)
+            keypoints, strays = _without_strays(visible, keypoints)
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
@@ -154,12 +154,12 @@ def _known_up(take: Take, poses: PoseSequence) -> np.ndarray | None:
     return known_up(poses, rectifier, told, looks[0] if looks else None)
 
 
-def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSequence, int]:
+def _without_strays(visible: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSequence, int]:
     """The keypoints that were seen, without frames that show somebody or something else; and how many those are."""
     body = remap(keypoints, H36M17)
     strays = strays_of(body.with_(joints=body.joints - body.joint("pelvis")[:, None]))
-    joints = np.where(strays[:, None, None], np.nan, seen.joints)
-    return seen.with_(joints=joints, confidence=np.where(strays[:, None], 0.0, seen.confidence)), int(
+    joints = np.where(strays[:, None, None], np.nan, visible.joints)
+    return visible.with_(joints=joints, confidence=np.where(strays[:, None], 0.0, visible.confidence)), int(
         strays.sum()
     )
 
@@ -184,7 +184,7 @@ def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> l
 
 def _focal(lifted: Lifted) -> list[Notice]:
     """What the focal length was, or would be, good for."""
-    focal_px, known = lifted.focal_px, lifted.focal_known
+    focal_px, given = lifted.focal_px, lifted.focal_known
     if lifted.placed:
         at = "" if focal_px is None else f", at a focal length of {focal_px:.0f} pixels"
         return [
@@ -194,7 +194,7 @@ def _focal(lifted: Lifted) -> list[Notice]:
                 reason=f"the path of the pelvis is the lifter's own{at}",
             )
         ]
-    if focal_px is None or known:
+    if focal_px is None or given:
         return []
     if lifted.bearing_deg is None:
         return [notice("focal-guessed", focal_px=focal_px, costs="place and speed are less sure")]

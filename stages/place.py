@@ -73,9 +73,9 @@ class Place:
             scale_sd=SCALE_SD,
             frames_placed=int(is_finite(path.root).sum()),
         )
-        seen = np.asarray(is_finite(poses.joints).any(axis=-1))
+        visible = np.asarray(is_finite(poses.joints).any(axis=-1))
         return take.with_(poses=placed, camera=camera).saying(
-            _said(path, camera, placed, seen, take.told.stature_m)
+            _said(path, camera, placed, visible, take.told.stature_m)
         )
 
 
@@ -109,14 +109,14 @@ def _nowhere(reason: str) -> Notice:
 
 
 def _said(
-    path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarray, stature_m: float | None
+    path: PelvisPath, camera: Camera, poses: PoseSequence, visible: np.ndarray, stature_m: float | None
 ) -> Notice:
-    """poses: placed. seen: (T,) whether a frame has any joint; the path bridges others. stature_m: told, by which
+    """poses: placed. visible: (T,) whether a frame has any joint; the path bridges others. stature_m: told, by which
     the stage `scale` makes metres of lengths later."""
     there = is_finite(path.root)
     own = float(np.median(np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])))
     posture = _POSTURE_SD * float(np.median(np.linalg.norm(path.root[there], axis=1)))
-    placed, frames, bridged = int((there & seen).sum()), len(seen), int((there & ~seen).sum())
+    placed, frames, bridged = int((there & visible).sum()), len(visible), int((there & ~visible).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
     guess = "; the focal length is a guess" if camera.focal_source == "prior" else ""

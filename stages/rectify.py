@@ -65,8 +65,8 @@ class Rectify:
         """The people of one recording, in one LEVEL (rectify_together)."""
         people = [take.need("poses") for take in takes]
         told = replace(takes[0].told, camera="moving") if takes[0].moving else takes[0].told
-        found = _rectify(people, self.rectifier, told, takes[0].camera)
-        return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
+        levelled = _rectify(people, self.rectifier, told, takes[0].camera)
+        return [_filled(take, *each) for take, each in zip(takes, levelled, strict=True)]
 
 
 def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
@@ -86,8 +86,8 @@ def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, 
     if _up_of_unusable(rectified, verdict(judged)):
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices.append(notice("up-of-unusable"))
-    told = any(finding.code == "upside-down" for finding in judged)
-    if (said := nobody_upright(rectified)) and not told:
+    inverted = any(finding.code == "upside-down" for finding in judged)
+    if (said := nobody_upright(rectified)) and not inverted:
         notices.append(said)
     return rectified, notices
 
@@ -135,9 +135,9 @@ def rectify(
     given = poses_given(poses, Meaning(axes, joints, unit), fps, guards)
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
     ((rectified, notices),) = _rectify([given], rectifier, told, view)
-    found = doubts(given) if check == "refuse" else ()
-    rectified, more = _judged(rectified, found)
-    said = without_doubles((*rectified.level.notices, *found, *notices, *more))
+    doubted = doubts(given) if check == "refuse" else ()
+    rectified, more = _judged(rectified, doubted)
+    said = without_doubles((*rectified.level.notices, *doubted, *notices, *more))
     for each in grave(said) if check == "refuse" else ():
         warnings.warn(each.text, stacklevel=2)
     return replace(rectified, level=rectified.level.with_(notices=said))
@@ -183,28 +183,28 @@ def _rectify(
                 "option-conflict",
                 f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out.",
             )
-        found = [
+        levels = [
             level_world(_in(source, Z_UP).joints, _times(source), together, source.made_by.kind == "measured")
             for source in sources
         ]
         reference, method = Z_UP, "gravity"
     else:
         chosen = _facing(rectifier)
-        seen = [_seen(source, chosen, told.moving) for source in sources]
+        frames = [_seen(source, chosen, told.moving) for source in sources]
         look = view.looks[0] if view and view.looks else None
         if told.moving:
-            found = [
-                level_moving(one, timed(view.looks if view else (), source))
-                for one, source in zip(seen, sources, strict=True)
+            levels = [
+                level_moving(person, timed(view.looks if view else (), source))
+                for person, source in zip(frames, sources, strict=True)
             ]
         elif together:
-            found = level_people(seen, up, look)
+            levels = level_people(frames, up, look)
         else:
-            found = [level_static(one, up, look) for one in seen]
+            levels = [level_static(person, up, look) for person in frames]
         reference, method = CAMERA, chosen.method
     return [
         (_rectified(source, reference, levelled, method, told), _notices(levelled, source, view))
-        for source, levelled in zip(sources, found, strict=True)
+        for source, levelled in zip(sources, levels, strict=True)
     ]
 
 

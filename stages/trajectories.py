@@ -130,15 +130,15 @@ def known_motions(
     Missing joints are interpolated, with the error of that, but not across frames in which nobody was seen.
     """
     points = level.joints[:, level.layout.indices(joints)].astype(np.float64)
-    seen = np.asarray(is_finite(level.joints)).any(axis=1)
-    lost = np.flatnonzero(np.diff(seen)) + 1  # behind a frame without anybody everything may be new
+    somebody = np.asarray(is_finite(level.joints)).any(axis=1)
+    lost = np.flatnonzero(np.diff(somebody)) + 1  # behind a frame without anybody everything may be new
     cuts = tuple(sorted({*breaks(level), *lost.tolist()}))
     stated = level.covariance
     errors = None if stated is None else stated[:, level.layout.indices(joints)]
     motion = known_noise(points, level.times, errors, cuts, lifted)
     # What a path tells of its errors is not what a lifter errs by: one that smooths or lags does not shake.
-    known = stated is not None and (judged or not lifted)
-    motion = motion.widened(LIFTED) if known and lifted else motion if known else motion.unstated()
+    states = stated is not None and (judged or not lifted)
+    motion = motion.widened(LIFTED) if states and lifted else motion if states else motion.unstated()
     motions = {joint: motion.of(i) for i, joint in enumerate(joints)}
     if level.root is not None:
         motions["root"] = known_noise(level.root[:, None], level.times, None, cuts).unstated()
@@ -214,13 +214,13 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     return columns
 
 
-def _with_errors(joint: str, motion: Motion, seen: np.ndarray) -> dict[str, np.ndarray]:
+def _with_errors(joint: str, motion: Motion, visible: np.ndarray) -> dict[str, np.ndarray]:
     """The columns of `trajectory` with their errors, of the one path of `motion`, which was seen (T,) or not."""
     columns = {}
     for (prefix, norm, _), values, covariance in zip(
         _QUANTITIES, motion.values[:, :, 0], motion.covariance[:, :, 0], strict=True
     ):
-        reason = _reasons(values, covariance, seen, about_mean=norm == "distance")
+        reason = _reasons(values, covariance, visible, about_mean=norm == "distance")
         values, covariance = values.copy(), covariance.copy()
         values[reason == MISSING], covariance[reason == MISSING] = np.nan, np.nan
         size = np.linalg.norm(values, axis=-1)
@@ -234,7 +234,7 @@ def _with_errors(joint: str, motion: Motion, seen: np.ndarray) -> dict[str, np.n
     return columns
 
 
-def _reasons(values: np.ndarray, covariance: np.ndarray, seen: np.ndarray, about_mean: bool) -> np.ndarray:
+def _reasons(values: np.ndarray, covariance: np.ndarray, visible: np.ndarray, about_mean: bool) -> np.ndarray:
     """(T,) int8 of values (T, 3) and their covariance (T, 3, 3). What is less certain than the take's root mean square
     (about its mean) is marked, and counts as missing where it was not seen either."""
     present = np.isfinite(values).all(axis=1)
@@ -243,7 +243,7 @@ def _reasons(values: np.ndarray, covariance: np.ndarray, seen: np.ndarray, about
     moved = values[present] - (values[present].mean(axis=0) if about_mean else 0.0)
     spread = np.einsum("tii->t", covariance)  # NaN where nobody states it: then nothing is made up in between
     uncertain = spread > (moved**2).sum(axis=1).mean()
-    missing = ~present | ((uncertain | np.isnan(spread)) & ~seen)
+    missing = ~present | ((uncertain | np.isnan(spread)) & ~visible)
     return np.select([missing, uncertain], [MISSING, UNCERTAIN], FINE).astype(np.int8)
 
 

@@ -115,8 +115,8 @@ def steady(residual: np.ndarray) -> np.ndarray:
     """(T,) a limb's residual without what lasts for a frame or two; NaN where it is not known."""
     from scipy.ndimage import median_filter
 
-    known = np.isfinite(residual)
-    return np.where(known, median_filter(np.where(known, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
+    there = np.isfinite(residual)
+    return np.where(there, median_filter(np.where(there, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
 
 
 def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, np.ndarray]:
@@ -152,5 +152,5 @@ def left_exchanged(
     said: Iterable[Notice], of: Collection[str] = ("poses", "keypoints")
 ) -> list[tuple[str, int, int]]:
     """("leg" or "arm", the first frame, the last) of limbs that may be exchanged, and were left so."""
-    told = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
-    return [span for values in told if values.get("what") in of for span in values.get("exchanged", ())]
+    values_of = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
+    return [span for values in values_of if values.get("what") in of for span in values.get("exchanged", ())]

@@ -93,14 +93,17 @@ def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
     if device == CPU:
         return onnxruntime.InferenceSession(content, options, providers=[KINDS[CPU].provider])
     kind = KINDS[device]
-    told = {**kind.options, **({"num_of_threads": str(threads or cores())} if device == "openvino" else {})}
+    settings = {
+        **kind.options,
+        **({"num_of_threads": str(threads or cores())} if device == "openvino" else {}),
+    }
     options.enable_mem_pattern = device != "directml"  # which refuses it
     if device == "cuda" and hasattr(onnxruntime, "preload_dlls"):  # from 1.21 on
         with redirect_stdout(StringIO()):  # it prints what it misses
             onnxruntime.preload_dlls()  # those of NVIDIA's packages, which the system does not find by itself
     onnxruntime.set_default_logger_severity(_SILENT)  # it writes lines of its own about what fails
     try:
-        session = onnxruntime.InferenceSession(content, options, providers=[(kind.provider, told)])
+        session = onnxruntime.InferenceSession(content, options, providers=[(kind.provider, settings)])
     finally:
         onnxruntime.set_default_logger_severity(_WARNINGS)
     if kind.provider not in session.get_providers():  # it has taken the CPU

@@ -46,15 +46,15 @@ def solved(
     # Where nothing else says anything; no more, for the jerk's part is large where a path is smooth.
     precision[0] += 1e-13 * precision[0].max(axis=0)
 
-    factor, found = np.empty_like(precision), np.empty((n, N))
+    factor, means = np.empty_like(precision), np.empty((n, N))
     for i in range(N):
-        one = cholesky_banded(precision[..., i], lower=True, check_finite=False)
-        factor[..., i] = one
-        found[:, i] = cho_solve_banded((one, True), pull[:, i], check_finite=False)
+        own_factor = cholesky_banded(precision[..., i], lower=True, check_finite=False)
+        factor[..., i] = own_factor
+        means[:, i] = cho_solve_banded((own_factor, True), pull[:, i], check_finite=False)
     spread = inverse_band(factor)
     result = np.zeros((2, 3, T, N))
     for i in range(4):
-        value, own = found[left + i], spread[0][left + i]
+        value, own = means[left + i], spread[0][left + i]
         for d in range(3):
             result[0, d] += basis[d, i, :, None] * value
             result[1, d] += basis[d, i, :, None] ** 2 * own
@@ -114,9 +114,9 @@ def _observed(
             pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
         )
         for j in range(4):
-            one, other = left[row] + i, left[behind] + j
-            shared = -here * basis[j, behind] * past * np.where(one == other, 2, 1)
-            np.add.at(precision, (np.abs(one - other), np.minimum(one, other), series), shared)
+            first, other = left[row] + i, left[behind] + j
+            shared = -here * basis[j, behind] * past * np.where(first == other, 2, 1)
+            np.add.at(precision, (np.abs(first - other), np.minimum(first, other), series), shared)
             if j >= i:
                 shared = there * basis[j, behind] * past
                 np.add.at(precision[j - i], (left[behind] + i, series), shared)
@@ -124,13 +124,14 @@ def _observed(
 
 
 def _gaps(
-    seen: np.ndarray, linked: np.ndarray, time_s: np.ndarray
+    visible: np.ndarray, linked: np.ndarray, time_s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The first seen row behind each gap, the last one before it, and the series; of gaps over which an error lasts
-    for the most part, longer ones cost too much. seen, linked: (T, N), linked where the row before was seen too."""
-    index = np.where(seen, np.arange(len(seen))[:, None], -1)
-    last = np.vstack([np.full((1, seen.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
-    row, series = np.nonzero(seen & ~linked & (last >= 0))
+    for the most part, longer ones cost too much. visible, linked: (T, N), linked where the row before was visible
+    too."""
+    index = np.where(visible, np.arange(len(visible))[:, None], -1)
+    last = np.vstack([np.full((1, visible.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
+    row, series = np.nonzero(visible & ~linked & (last >= 0))
     behind = last[row, series]
     near = time_s[row] - time_s[behind] <= _GOES_ON_S
     return row[near], behind[near], series[near]
@@ -170,14 +171,14 @@ def inverse_band(factor: np.ndarray) -> list[np.ndarray]:
             inverse[..., i, :i] = -past[..., 0, :] * inverse[..., i, i, None]
     local = np.swapaxes(inverse, -1, -2) @ inverse
     chain = below @ inverse
-    found = np.zeros((blocks, N, 2 * size, size))
+    by_block = np.zeros((blocks, N, 2 * size, size))
     after = np.zeros((N, size, size))
     for i in range(blocks - 1, -1, -1):
         across = -after @ chain[i]
         after = local[i] - np.swapaxes(chain[i], -1, -2) @ across
-        found[i, :, :size], found[i, :, size:] = after, across
+        by_block[i, :, :size], by_block[i, :, size:] = after, across
     column = np.arange(size)
     return [
-        np.moveaxis(found[:, :, column + offset, column], 1, 2).reshape(blocks * size, N)[:n]
+        np.moveaxis(by_block[:, :, column + offset, column], 1, 2).reshape(blocks * size, N)[:n]
         for offset in range(4)
     ]

@@ -103,8 +103,8 @@ def pairs_of(first: int, last: int, fps: float, key_frames: Sequence[int] = ()) 
         starts = keys[np.unique(np.linspace(0, len(keys) - 1, bursts).round().astype(int))]
     else:
         starts = np.linspace(first, max(last - step - _BURST, first), bursts).round().astype(int)
-    found = sorted({int(start + i) for start in starts for i in range(-(-_PAIRS // len(starts)))})
-    return [(start, start + step) for start in found if start + step <= last]
+    firsts = sorted({int(start + i) for start in starts for i in range(-(-_PAIRS // len(starts)))})
+    return [(start, start + step) for start in firsts if start + step <= last]
 
 
 def flow_of(

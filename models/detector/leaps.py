@@ -22,18 +22,20 @@ _PATH = 4  # frames that show where somebody was going
 _FEWEST = 3  # joints that tell how far a body has moved
 
 
-def leaps(found: Detections) -> np.ndarray:
+def leaps(detections: Detections) -> np.ndarray:
     """(L,) frames at which somebody and the image leap, and neither before nor after it."""
     frames = set[int]()
-    change = found.change.astype(np.float64)
-    change[found.repeated] = np.nan
-    seen = np.where((found.confidence < LEAST_SCORE)[..., None], np.nan, found.joints).astype(np.float64)
-    for person in np.unique(found.person):
-        rows = np.flatnonzero(found.person == person)
+    change = detections.change.astype(np.float64)
+    change[detections.repeated] = np.nan
+    visible = np.where((detections.confidence < LEAST_SCORE)[..., None], np.nan, detections.joints).astype(
+        np.float64
+    )
+    for person in np.unique(detections.person):
+        rows = np.flatnonzero(detections.person == person)
         if len(rows) <= 2 * _BESIDE + 1:
             continue
-        at = found.frame_index[rows[1:]]
-        went = np.where(np.diff(found.frame_index[rows]) == 1, steps(seen[rows]), np.nan)
+        at = detections.frame_index[rows[1:]]
+        went = np.where(np.diff(detections.frame_index[rows]) == 1, steps(visible[rows]), np.nan)
         large = (went >= np.maximum(_MOVES, _TIMES * _beside(went))) & (
             change[at] >= np.maximum(MOVES, _TIMES * _beside(change[at]))
         )
@@ -62,7 +64,7 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
     # At ten frames a second as many as show where somebody was going.
     starts = np.minimum(starts, np.maximum(rows - _PATH, 0))
     stops = np.maximum(stops, np.minimum(rows + _PATH, len(points)))
-    found = []
+    rows_of_others = []
     for row, start, stop in zip(rows.tolist(), starts.tolist(), stops.tolist(), strict=True):
         parts = slice(start, row), slice(row, stop)
         # Joints seen throughout: by others the same body would be larger, and elsewhere.
@@ -80,8 +82,8 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
             off = float(np.linalg.norm(goes_on - was))
         larger, smaller = max(before, after), min(before, after)
         if larger > LARGER * smaller or off > (_APART + wander[row - 1]) * larger:
-            found.append((int(somebody[row]), float(went[row - 1])))
-    return found
+            rows_of_others.append((int(somebody[row]), float(went[row - 1])))
+    return rows_of_others
 
 
 def _on_path(time_s: np.ndarray, points: np.ndarray, at_s: float) -> np.ndarray:

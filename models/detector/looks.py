@@ -57,9 +57,9 @@ class SeveralLooks:
         centre = np.array([crop.left + crop.width / 2, crop.top + crop.height / 2])
         part = around(centre, size * crop.width, size * crop.height)
         if not mirrored:
-            found = self._network.look(image, part)
-            return found.xy, found.score
+            person = self._network.look(image, part)
+            return person.xy, person.score
         width, other = image.shape[1], self.layout.mirror
         there = Crop(width - part.left - part.width, part.top, part.width, part.height)
-        found = self._network.look(image[:, ::-1], there)
-        return np.array([width, 0]) + found.xy[other] * (-1, 1), found.score[other]
+        person = self._network.look(image[:, ::-1], there)
+        return np.array([width, 0]) + person.xy[other] * (-1, 1), person.score[other]

@@ -29,7 +29,7 @@ def repeated(change: np.ndarray) -> np.ndarray:
     Such an image differs much less from the one before than its neighbours do from theirs. Where many do so in a row
     the image goes on with a leap, for what happened meanwhile was not recorded.
     """
-    found: list[int] = []
+    repeats: list[int] = []
     run: list[int] = []
     before = np.nan  # change of the last image in front of the run
     for row, now in enumerate(change.tolist()):
@@ -37,15 +37,15 @@ def repeated(change: np.ndarray) -> np.ndarray:
             run.append(row)
             continue
         if run and now >= MOVES <= before and change[run].max() < _SMALL * now and _halts(change, run):
-            found += run
+            repeats += run
         run, before = [], now
-    return np.union1d(np.array(found, np.int64), _frozen(change))
+    return np.union1d(np.array(repeats, np.int64), _frozen(change))
 
 
 def _frozen(change: np.ndarray) -> np.ndarray:
     """(R,) rows of images that show the one before on: it stops and goes on at once, as nobody does, or the scene ends
     with it; of a scene that is a still all but the first."""
-    found = [np.empty(0, np.int64)]
+    still = [np.empty(0, np.int64)]
     for least, most in ((_SHARPER, _STILL), (MOVES, _SAME)):
         for first, stop in stretches(change < least).tolist():
             sides = change[max(first - _BESIDE, 0) : first][::-1], change[stop : stop + _BESIDE]
@@ -54,8 +54,8 @@ def _frozen(change: np.ndarray) -> np.ndarray:
             if bool(sides) == (most == _SAME) or not all((side >= MOVES).all() for side in sides):
                 continue
             if stop - first > _FEW and np.median(change[first:stop]) < most:
-                found.append(np.arange(first, stop))
-    return np.concatenate(found)
+                still.append(np.arange(first, stop))
+    return np.concatenate(still)
 
 
 def _halts(change: np.ndarray, run: list[int]) -> bool:
@@ -71,26 +71,26 @@ def _halts(change: np.ndarray, run: list[int]) -> bool:
     return moves and bool(change[run[-1] + 1] > _LEAP * np.median(later))
 
 
-def without_repeats(found: Detections) -> Detections:
+def without_repeats(detections: Detections) -> Detections:
     """The same with nobody in repeated images, which show where people were before. Over few of them in a row people
     are taken to move evenly: as gaps, those of a padded frame rate would be most of a take. Who is in one image alone,
     however long it is shown, is left there."""
-    again = np.isin(found.frame_index, found.repeated)
-    kept, moved = ~again, {"joints": found.joints.copy(), "box": found.box.copy()}
-    for person in np.unique(found.person[again]):
-        mine = np.flatnonzero(found.person == person)
-        known = mine[~again[mine]]
-        if len(known) < 2:
+    again = np.isin(detections.frame_index, detections.repeated)
+    kept, moved = ~again, {"joints": detections.joints.copy(), "box": detections.box.copy()}
+    for person in np.unique(detections.person[again]):
+        mine = np.flatnonzero(detections.person == person)
+        single = mine[~again[mine]]
+        if len(single) < 2:
             kept[mine] = True
             continue
-        seen = found.frame_index[known]
-        at = np.interp(found.frame_index[mine], seen, np.arange(len(known)))
+        frames = detections.frame_index[single]
+        at = np.interp(detections.frame_index[mine], frames, np.arange(len(single)))
         before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
-        few, part = seen[after] - seen[before] <= _FEW + 1, at - before
+        few, part = frames[after] - frames[before] <= _FEW + 1, at - before
         kept[mine] |= few & (part > 0)
         for name, values in moved.items():
             share = part.reshape(-1, *[1] * (values.ndim - 1))
-            a, b = (getattr(found, name)[known[beside]] for beside in (before, after))
+            a, b = (getattr(detections, name)[single[beside]] for beside in (before, after))
             values[mine] = (1 - share) * a + share * b
-    rows = {name: getattr(found, name) for name in ("frame_index", "time_s", "person", "confidence")}
-    return replace(found, **{name: values[kept] for name, values in (rows | moved).items()})
+    rows = {name: getattr(detections, name) for name in ("frame_index", "time_s", "person", "confidence")}
+    return replace(detections, **{name: values[kept] for name, values in (rows | moved).items()})

@@ -32,31 +32,31 @@ class Follower:
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says; the first of `before` is followed."""
         for person in before[:1]:
-            found = self._network.look(image, self._network.next_crop(person))
-            if found.sure >= LOST and _middle_inside(found, image):
-                return (found,)
-        found = self._search(image)
-        if found is None:
+            person_now = self._network.look(image, self._network.next_crop(person))
+            if person_now.sure >= LOST and _middle_inside(person_now, image):
+                return (person_now,)
+        person_now = self._search(image)
+        if person_now is None:
             return ()
         # A tree that passes for somebody in one look seldom does so in another, where the next frame looks.
-        again = self._network.look(image, self._one.next_crop(found))
+        again = self._network.look(image, self._one.next_crop(person_now))
         if again.sure < _FOUND:
             return ()
-        return (found if self._network is self._one else again,)
+        return (person_now if self._network is self._one else again,)
 
     def _search(self, image: np.ndarray) -> Found | None:
         best = None
         for window in _windows(image):
-            found = self._one.look(image, fitted(window, self._one.aspect))
+            person = self._one.look(image, fitted(window, self._one.aspect))
             for _ in range(_LOOKS):
-                if found.sure >= _HINT:
-                    found = self._one.look(image, self._one.next_crop(found))
-            if found.sure < _FOUND or not _middle_inside(found, image):
+                if person.sure >= _HINT:
+                    person = self._one.look(image, self._one.next_crop(person))
+            if person.sure < _FOUND or not _middle_inside(person, image):
                 continue
             if (
-                best is None or found.sure > best.sure
+                best is None or person.sure > best.sure
             ):  # of equals that of the larger window, which shows all of it
-                best = found
+                best = person
         return best
 
 
@@ -74,8 +74,8 @@ class TopDown:
         """As Detector says."""
         network = self._network
         crops = (fitted(box, network.aspect, network.room) for box in self._persons.boxes(image))
-        found = (network.look(image, crop) for crop in crops)
-        return tuple(person for person in found if person.sure >= LOST)
+        everybody = (network.look(image, crop) for crop in crops)
+        return tuple(person for person in everybody if person.sure >= LOST)
 
 
 def _windows(image: np.ndarray) -> list[np.ndarray]:
@@ -91,6 +91,6 @@ def _windows(image: np.ndarray) -> list[np.ndarray]:
     return windows
 
 
-def _middle_inside(found: Found, image: np.ndarray) -> bool:
-    middle = (found.box[:2] + found.box[2:]) / 2
+def _middle_inside(person: Found, image: np.ndarray) -> bool:
+    middle = (person.box[:2] + person.box[2:]) / 2
     return bool((middle >= 0).all() and (middle < image.shape[1::-1]).all())

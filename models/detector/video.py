@@ -36,11 +36,15 @@ class _Rows:
     def __len__(self) -> int:
         return len(self._frame)
 
-    def add(self, frame: int, time_s: float, person: int, found: Found) -> None:
+    def add(self, frame: int, time_s: float, person: int, sighted: Found) -> None:
         self._frame.append(frame)
         self._time_s.append(time_s)
         self._person.append(person)
-        for buffer, values in ((self._xy, found.xy), (self._score, found.score), (self._box, found.box)):
+        for buffer, values in (
+            (self._xy, sighted.xy),
+            (self._score, sighted.score),
+            (self._box, sighted.box),
+        ):
             buffer.frombytes(values.tobytes())
 
     def arrays(self, joints: int) -> dict[str, np.ndarray]:
@@ -96,7 +100,7 @@ class Search:
         self._before = () if alone > MEMORY and alone % self._every else self._people(image, number)
         if self._before:
             self._last = number
-        names = self._tracker.names([_sighting(number, found) for found in self._before])
+        names = self._tracker.names([_sighting(number, sighted) for sighted in self._before])
         named = list(zip(names, self._before, strict=True))
         for name, person in named:
             self._rows.add(number, time_s, name, person)
@@ -106,15 +110,16 @@ class Search:
     def _people(self, image: np.ndarray, number: int) -> Sequence[Found]:
         """InputError for a detector of another package that answers something else, and for a function that fails."""
         try:
-            found, joints = self._detector.people(image, self._before), len(self._detector.layout)
+            people, joints = self._detector.people(image, self._before), len(self._detector.layout)
         except FunctionError as error:
             raise error.at(f"frame {number}") from error.__cause__
         shapes = [(joints, 2), (joints,), (4,)]
-        if isinstance(found, Sequence) and all(
-            isinstance(one, Found) and [each.shape for each in (one.xy, one.score, one.box)] == shapes
-            for one in found
+        if isinstance(people, Sequence) and all(
+            isinstance(person, Found)
+            and [each.shape for each in (person.xy, person.score, person.box)] == shapes
+            for person in people
         ):
-            return found
+            return people
         raise InputError(
             "plugin-broken",
             f"Expected from the detector {self._detector.method} a tuple with a Found for each person, of xy "
@@ -139,8 +144,10 @@ class Search:
         )
 
 
-def _sighting(frame: int, found: Found) -> Sighting:
-    return Sighting(frame, found.xy, found.score + 1e-6, found.box)  # who is all unsure is somewhere too
+def _sighting(frame: int, sighted: Found) -> Sighting:
+    return Sighting(
+        frame, sighted.xy, sighted.score + 1e-6, sighted.box
+    )  # who is all unsure is somewhere too
 
 
 def detect(video: Video, detector: Detector, source: str = "") -> Detections:
@@ -165,18 +172,21 @@ def detect(video: Video, detector: Detector, source: str = "") -> Detections:
     return _told_apart(without_repeats(search.detections(total, total, source)))
 
 
-def _told_apart(found: Detections) -> Detections:
+def _told_apart(detections: Detections) -> Detections:
     """The same, with who goes on as somebody else in the middle of a track, or behind a cut within the scene, under a
     name of their own. Joints that nobody saw, of legs out of the image, are guessed now here, now there, and tell
     nothing."""
-    cuts = leaps(found)
-    pieces, seen = [], np.where((found.confidence < LEAST_SCORE)[..., None], np.nan, found.joints)
-    for name in np.unique(found.person):
-        rows = np.flatnonzero(found.person == name)
-        others = [row for row, _ in exchanges(found.time_s[rows], seen[rows].astype(np.float64))]
-        others += np.searchsorted(found.frame_index[rows], cuts).tolist()
+    cuts = leaps(detections)
+    pieces, visible = (
+        [],
+        np.where((detections.confidence < LEAST_SCORE)[..., None], np.nan, detections.joints),
+    )
+    for name in np.unique(detections.person):
+        rows = np.flatnonzero(detections.person == name)
+        others = [row for row, _ in exchanges(detections.time_s[rows], visible[rows].astype(np.float64))]
+        others += np.searchsorted(detections.frame_index[rows], cuts).tolist()
         pieces += [piece for piece in np.split(rows, sorted(others)) if len(piece)]
-    person = np.empty_like(found.person)
+    person = np.empty_like(detections.person)
     for name, rows in enumerate(sorted(pieces, key=lambda rows: int(rows[0]))):
         person[rows] = name
-    return replace(found, person=person, cuts=np.union1d(found.cuts, cuts))
+    return replace(detections, person=person, cuts=np.union1d(detections.cuts, cuts))

@@ -98,8 +98,8 @@ def _gait(level: PoseSequence) -> _Gait | None:
         straighter = np.fmin(
             *(angle_deg(at[f"{s}_knee"] - at[f"{s}_hip"], at[f"{s}_ankle"] - at[f"{s}_knee"]) for s in "rl")
         )
-    known = np.isfinite(apart)
-    apart, time_s, straighter = apart[known], level.times[known], straighter[known]
+    there = np.isfinite(apart)
+    apart, time_s, straighter = apart[there], level.times[there], straighter[there]
     sides = np.sign(apart) * (np.abs(apart) > _STEP / 2)
     rows = np.flatnonzero(sides)
     turns = np.flatnonzero(np.diff(sides[rows]))

@@ -114,8 +114,8 @@ def leg_length(joints: np.ndarray) -> float:
     """The median length of thigh and shank together, mean of both legs, in the unit of joints (T, 17, 3); NaN where no
     frame has both legs."""
     both = _legs(joints)
-    seen = both[np.isfinite(both)]
-    return float(np.median(seen)) if len(seen) else float("nan")
+    lengths = both[np.isfinite(both)]
+    return float(np.median(lengths)) if len(lengths) else float("nan")
 
 
 def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
@@ -135,9 +135,9 @@ def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
         beside = np.unique(np.floor((known_s - known_s[0]) / max(step_s, 1e-9))[:, None] + [-1, 0, 1, 2])
         at_s = known_s[0] + step_s * beside[(beside >= 0) & (beside <= count)]
         spans = np.searchsorted(known_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")
-        seen = spans[0] < spans[1]
-        medians = [np.median(known[slice(*span)]) for span in spans.T[seen]]
-        result[start:stop] = np.interp(time_s[start:stop], at_s[seen], medians)
+        filled = spans[0] < spans[1]
+        medians = [np.median(known[slice(*span)]) for span in spans.T[filled]]
+        result[start:stop] = np.interp(time_s[start:stop], at_s[filled], medians)
     return result
 
 

@@ -90,13 +90,13 @@ class GaitErrors:
     def beyond(self, gait: str, style: Mapping[str, float]) -> dict[str, float]:
         """{figure: how far} of those in a `style_of` that lie outside what was found in the walks and runs that errors
         were fitted on: the distance in half widths of that range."""
-        found = {}
+        outside_by = {}
         for name, value in style.items():
             least, most = self.seen[gait][name]["least"], self.seen[gait][name]["most"]
             outside = max(least - value, value - most)
             if outside > 0:
-                found[name] = 2 * outside / (most - least)
-        return found
+                outside_by[name] = 2 * outside / (most - least)
+        return outside_by
 
     def difference(
         self, gait: str, figure: str, right: int, left: int, depth: float, scatter: float = np.nan

@@ -71,7 +71,7 @@ def stances(
 
 
 def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[Stance]:
-    found = []
+    stances_of_side = []
     for piece in runs(np.isfinite(values), time_s, seams):
         p, t = values[piece], time_s[piece]
         turns = [
@@ -85,11 +85,11 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
         edges = [*([] if lands else [np.nan]), *turns]
         edges += [np.nan] if len(edges) % 2 else []
         seen_s = float(t[0]), float(t[-1])
-        found += [
+        stances_of_side += [
             Stance(side, float(a), float(b), seen_s=seen_s)
             for a, b in zip(edges[::2], edges[1::2], strict=True)
         ]
-    return found
+    return stances_of_side
 
 
 def walks(
@@ -119,10 +119,10 @@ def walks(
     at = np.array([start for start, _ in lands])
     ahead, aside = resample(between, time_s, at, seams).T if len(at) else (np.zeros(0), np.zeros(0))
     straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
-    seen = np.asarray(np.isfinite(between).all(axis=1))
-    broken = np.array([_broken(seen, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
+    visible = np.asarray(np.isfinite(between).all(axis=1))
+    broken = np.array([_broken(visible, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
     turned = np.zeros(len(broken)) if facing_deg is None else _turned(facing_deg, time_s, lands, seams)
-    found: list[list[Step]] = []
+    parts: list[list[Step]] = []
     walk: list[Step] = []
     turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
     for i, ((start, side), (stop, other)) in enumerate(pairwise(lands)):
@@ -134,13 +134,13 @@ def walks(
             and not (straddles[i] or straddles[i + 1] or broken[i] or turned[i] >= _TURNS_DEG)
         )
         if not is_step or (walk and change * turn > 0):
-            found.append(walk)
+            parts.append(walk)
             walk = []
         if is_step:
             walk.append(Step(other, start, stop))
             turn = change
-    ends = [float(time_s[piece.stop - 1]) for piece in runs(seen, time_s, seams)]
-    moving = [part for walk in [*found, walk] for part in _between_stops(walk, feet, ends)]
+    ends = [float(time_s[piece.stop - 1]) for piece in runs(visible, time_s, seams)]
+    moving = [part for walk in [*parts, walk] for part in _between_stops(walk, feet, ends)]
     return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else FEWEST)]
 
 
@@ -227,32 +227,32 @@ def _swing(facing_deg: np.ndarray) -> np.ndarray:
 
 
 def _broken(
-    seen: np.ndarray, time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]
+    visible: np.ndarray, time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]
 ) -> bool:
     inside = (time_s >= start_s) & (time_s <= stop_s)
-    pieces = runs(inside & seen, time_s, seams)
+    pieces = runs(inside & visible, time_s, seams)
     return len(pieces) != 1 or pieces[0].stop - pieces[0].start != inside.sum()
 
 
 def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]]) -> list[Stride]:
     """Of every two steps in a row, walk by walk, with the toe-offs that lie in them."""
-    found = []
+    made = []
     offs = {side: np.sort([stance.stop_s for stance in of]) for side, of in feet.items()}
     for walk in walks:
-        for one, two in pairwise(walk):
-            side, other = two.side, one.side
-            # The other foot's stance before it lands at one.stop_s ends about when this foot lands.
-            found.append(
+        for first, second in pairwise(walk):
+            side, other = second.side, first.side
+            # The other foot's stance before it lands at first.stop_s ends about when this foot lands.
+            made.append(
                 Stride(
                     side,
-                    one.start_s,
-                    two.stop_s,
-                    _off(offs[side], one.start_s, two.stop_s),
-                    _off(offs[other], one.start_s - (one.stop_s - one.start_s), one.stop_s),
-                    one.stop_s,
+                    first.start_s,
+                    second.stop_s,
+                    _off(offs[side], first.start_s, second.stop_s),
+                    _off(offs[other], first.start_s - (first.stop_s - first.start_s), first.stop_s),
+                    first.stop_s,
                 )
             )
-    return found
+    return made
 
 
 def _off(offs: np.ndarray, after_s: float, before_s: float) -> float:

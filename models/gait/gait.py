@@ -102,10 +102,11 @@ def _found(
     facing_deg: np.ndarray | None,
     told: bool,
 ) -> Gait:
-    found = walks(feet, apart, time_s, least, seams, facing_deg)
+    steps_in_turn = walks(feet, apart, time_s, least, seams, facing_deg)
     # Where contacts are known, slow steps with flights are long strides; else they are leaps, or stances were missed.
     return Gait(
-        feet, [walk for walk in found if not _slow_flights(feet, walk) or (told and len(walk) >= FEWEST)]
+        feet,
+        [walk for walk in steps_in_turn if not _slow_flights(feet, walk) or (told and len(walk) >= FEWEST)],
     )
 
 
@@ -208,9 +209,9 @@ def time_values(gait: Gait) -> Values:
     return result
 
 
-def _seen_mean(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _seen_mean(first: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(N,) the mean of two values, or the one that is finite."""
-    return (np.where(np.isfinite(one), one, other) + np.where(np.isfinite(other), other, one)) / 2
+    return (np.where(np.isfinite(first), first, other) + np.where(np.isfinite(other), other, first)) / 2
 
 
 def length_values(
@@ -224,11 +225,11 @@ def length_values(
     places, and walking_speed: the pelvis's advance of each step by the mean time of all steps, so that its mean is
     distance by time. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the
     same axes."""
-    found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
+    values = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
     usual_s = (
         float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
     )
-    return {"walking_speed": {side: far / usual_s for side, far in found.pop("advance").items()}} | found
+    return {"walking_speed": {side: far / usual_s for side, far in values.pop("advance").items()}} | values
 
 
 def over_belt(
@@ -251,6 +252,6 @@ def over_belt(
     else:
         landed = {(step.side, step.stop_s) for step in gait.steps}
         walked = {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
-        found = belt_drift(root, ankles, time_s, walked, seams)
-        velocity = np.zeros(2) if found is None else found
+        drift = belt_drift(root, ankles, time_s, walked, seams)
+        velocity = np.zeros(2) if drift is None else drift
     return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))

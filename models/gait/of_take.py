@@ -58,13 +58,13 @@ def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
         for rows in runs(visible, motion.times, motion.seams)
     ]
     hidden = along_sight(motion.rectified.R_source_from_body, motion.source.frame) | np.isnan(apart)
-    found = []
+    walks = []
     for i, steps in enumerate(gait.walks):
         stride_s = 2 * float(np.mean([step.stop_s - step.start_s for step in steps]))
         before, behind = [], []
         if gait.kind == "walking":
             before, behind = faded_steps(steps, knees, motion.times, hidden, motion.seams)
-            since_s = found[-1].every[-1].stop_s if found else -np.inf
+            since_s = walks[-1].every[-1].stop_s if walks else -np.inf
             until_s = gait.walks[i + 1][0].start_s if i + 1 < len(gait.walks) else np.inf
             before = [step for step in before if step.start_s >= since_s]
             behind = [step for step in behind if step.stop_s <= until_s]
@@ -72,8 +72,8 @@ def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
         first_s, last_s = walk.every[0].start_s, walk.every[-1].stop_s
         starts = any(0 <= first_s - start_s < stride_s for start_s, _ in ends_s)
         stops = any(0 <= stop_s - last_s < stride_s for _, stop_s in ends_s)
-        found.append(replace(walk, cut=(starts, stops)))
-    return found
+        walks.append(replace(walk, cut=(starts, stops)))
+    return walks
 
 
 def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:
@@ -95,5 +95,5 @@ def separation_sd(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> 
     if len(parts) < 4:
         return usual
     sd = np.sqrt(np.sum(np.square(parts), axis=0))
-    known = sd[np.isfinite(sd)]
-    return float(np.median(known)) if len(known) else usual
+    stated = sd[np.isfinite(sd)]
+    return float(np.median(stated)) if len(stated) else usual

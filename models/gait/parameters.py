@@ -62,10 +62,10 @@ def lengths(
             aside = (at(_OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
             long[s.side].append(float(moved @ ahead))
             wide[s.side].append(abs(float(aside)))
-    found = {"step_length": step, "stride_length": long, "step_width": wide}
+    by_figure = {"step_length": step, "stride_length": long, "step_width": wide}
     return {"advance": _advances(root, time_s, walks, seams)} | {
         name: {side: np.array(values, dtype=np.float64) for side, values in of_sides.items()}
-        for name, of_sides in found.items()
+        for name, of_sides in by_figure.items()
     }
 
 
@@ -98,10 +98,10 @@ def _between(
     span = max(middle - reach, walk[0].start_s), min(middle + reach, max(walk[-1].stop_s, after[2]))
     at_s = np.linspace(*span, _WAY_SAMPLES)
     path = resample(root, time_s, at_s, seams)
-    seen = np.isfinite(path).all(axis=1)
-    if seen.sum() < _WAY_SAMPLES / 2:
+    visible = np.isfinite(path).all(axis=1)
+    if visible.sum() < _WAY_SAMPLES / 2:
         return np.full(2, np.nan), np.full(2, np.nan)
-    return (after - before)[:2], unit(np.polyfit(at_s[seen] - middle, path[seen], 2)[1])
+    return (after - before)[:2], unit(np.polyfit(at_s[visible] - middle, path[visible], 2)[1])
 
 
 def belt_drift(
@@ -146,13 +146,13 @@ def places(
 ) -> dict[float, np.ndarray]:
     """{initial contact: (D + 1,) the mean of path (T, D) over the part of a stance in which the foot lies flat, and the
     time of that}; a stance that is cut goes on to the take's end."""
-    known = [stance for stance in feet if stance.start_s == stance.start_s and stance.start_s < time_s[-1]]
-    if not known:
+    landed = [stance for stance in feet if stance.start_s == stance.start_s and stance.start_s < time_s[-1]]
+    if not landed:
         return {}
-    start = np.array([stance.start_s for stance in known])
-    stop = np.array([stance.stop_s if stance.stop_s == stance.stop_s else time_s[-1] for stance in known])
+    start = np.array([stance.start_s for stance in landed])
+    stop = np.array([stance.stop_s if stance.stop_s == stance.stop_s else time_s[-1] for stance in landed])
     lasts = np.minimum(stop - start, _LONGEST_S)
     at_s = start[:, None] + np.linspace(*_FLAT, _FLAT_SAMPLES) * lasts[:, None]
     samples = resample(path, time_s, at_s.ravel(), seams).reshape(*at_s.shape, -1)
     means = np.column_stack([samples.mean(axis=1), at_s.mean(axis=1)])
-    return {stance.start_s: mean for stance, mean in zip(known, means, strict=True)}
+    return {stance.start_s: mean for stance, mean in zip(landed, means, strict=True)}

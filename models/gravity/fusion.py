@@ -58,17 +58,17 @@ class Settled:
 def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
     """A static camera's up. bodies: what frames, feet and floor say; told: what the user says; look: what the image
     says. Raises InputError as `decide`."""
-    found = alone = fuse(bodies)
+    fused = alone = fuse(bodies)
     decision = decide(alone, told, look)
     if decision.others:
-        known = fuse(decision.others)
+        others = fuse(decision.others)
         # A lift that was told up leans as it was told: its bodies would say the same a second time.
-        twice = is_finite(known.up) and known.error_deg < KNOWN_DEG
-        found = fuse([*(bodies if decision.bodies and not twice else ()), *decision.others])
+        twice = is_finite(others.up) and others.error_deg < KNOWN_DEG
+        fused = fuse([*(bodies if decision.bodies and not twice else ()), *decision.others])
     if decision.loser is not None:
-        found = _reaching(found, decision.loser)
+        fused = _reaching(fused, decision.loser)
     image = {IMAGE: (look.up, look.error_deg)} if look else {}
-    return replace(found, own=alone.own | image | found.own, notices=decision.notices)
+    return replace(fused, own=alone.own | image | fused.own, notices=decision.notices)
 
 
 def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = None) -> Decision:
@@ -85,10 +85,10 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
         return Decision(told, heard, notices)
     if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
         return Decision((*told, of_image(look)), heard, notices)
-    found = settled(bodies, look, told=bool(told))
-    others = (*told, of_image(look)) if found.image else told
-    loser = (bodies.up if found.image else look.up) if found.close else None
-    return Decision(others, heard if told else not found.image, (*notices, found.said), loser)
+    believed = settled(bodies, look, told=bool(told))
+    others = (*told, of_image(look)) if believed.image else told
+    loser = (bodies.up if believed.image else look.up) if believed.close else None
+    return Decision(others, heard if told else not believed.image, (*notices, believed.said), loser)
 
 
 def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
@@ -108,14 +108,14 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
     return Settled(image, said, close)
 
 
-def _reaching(found: TakeUp, other: np.ndarray) -> TakeUp:
+def _reaching(fused: TakeUp, other: np.ndarray) -> TakeUp:
     """With an error so large along the way to another up (3,) that its 90 % bound reaches it."""
-    apart_deg = float(angle_deg(found.up, other))
-    way = unit(other - (other @ found.up) * found.up)
+    apart_deg = float(angle_deg(fused.up, other))
+    way = unit(other - (other @ fused.up) * fused.up)
     more = (np.radians(apart_deg) / SD_90) ** 2 * np.outer(way, way)
-    assert found.covariance is not None  # of a camera that stands still
-    error_deg = float(np.hypot(found.error_deg, apart_deg / SD_90))
-    return replace(found, error_deg=error_deg, covariance=found.covariance + more)
+    assert fused.covariance is not None  # of a camera that stands still
+    error_deg = float(np.hypot(fused.error_deg, apart_deg / SD_90))
+    return replace(fused, error_deg=error_deg, covariance=fused.covariance + more)
 
 
 def chi_square(bodies: TakeUp, look: Look) -> float:

@@ -89,10 +89,10 @@ def up_from_images(
     side = max(height, width)
     segments = segments_of(images, boxes)
     focal = (focal_px / side, focal_spread) if focal_px else (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD)
-    found = fits(segments, focal)
-    if not found:
+    answers = fits(segments, focal)
+    if not answers:
         return Unknown("there are hardly any straight lines")
-    best = found[0]
+    best = answers[0]
     if best.gain < _LEAST_GAIN:
         return Unknown("the straight lines do not run along upright walls and level edges")
     third, second, _ = np.sort(support(segments, best))
@@ -108,7 +108,7 @@ def up_from_images(
         return Unknown(
             "the straight lines suggest a pitch that cameras seldom have, and no person in the image confirms it"
         )
-    covariance = _covariance(best, found[1:], _FLAT_NATS if third < 0 else _NATS)
+    covariance = _covariance(best, answers[1:], _FLAT_NATS if third < 0 else _NATS)
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
     if error > _WIDEST_DEG:
         return Unknown(f"the straight lines tell which way is up only to within {error:.0f} degrees")

@@ -52,11 +52,11 @@ def known_moving_up(poses: PoseSequence, rectifier: Rectifier, looks: Sequence[L
     up = with_looks(bodies, seen, said)
     # What images leave of the skeletons' error: below this as by_bodies below 0.5.
     left, half = up.error_deg / np.nan_to_num(bodies.error_deg, nan=np.inf), np.sqrt(0.5)
-    known = np.full((len(poses), 3), np.nan)
+    sure_up = np.full((len(poses), 3), np.nan)
     for start, end in pairwise([0, *poses.seams, len(poses)]):
         part = slice(start, end)
         looked_at = any(poses.times[start] <= at <= poses.times[end - 1] for at, _ in said)
         sure = np.median(np.asarray(up.error_deg)[part]) < KNOWN_DEG
         if looked_at and sure and np.median(left[part]) < half:
-            known[part] = up.up[part]
-    return known if np.isfinite(known).any() else None
+            sure_up[part] = up.up[part]
+    return sure_up if np.isfinite(sure_up).any() else None

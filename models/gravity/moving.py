@@ -123,10 +123,10 @@ def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) 
     if near.any() and np.median(apart) > _CONTRADICTION:
         theirs, its = unit(ups[:, near].mean(axis=1))
         usual = TakeUp(theirs, float(np.median(errors[0, near])))
-        found = settled(usual, replace(looks[len(looks) // 2][1], up=its))
-        fades = np.minimum(lost_deg / errors[0], 1.0)[both] if found.image else 0.0
-        weights[0 if found.image else 1, both] *= fades
-        notices, close = (found.said,), found.close
+        believed = settled(usual, replace(looks[len(looks) // 2][1], up=its))
+        fades = np.minimum(lost_deg / errors[0], 1.0)[both] if believed.image else 0.0
+        weights[0 if believed.image else 1, both] *= fades
+        notices, close = (believed.said,), believed.close
     total = weights.sum(axis=0)
     heard = total > 0
     up = np.where(heard[:, None], unit((weights[..., None] * np.nan_to_num(ups)).sum(axis=0)), np.nan)

@@ -26,17 +26,17 @@ def level_people(
     best person's own. told: what the user tells; look: what the image says. Where nobody can be levelled alone and
     nothing else is told, everybody keeps an up of their own, and the reason why it is none. People of one name are
     numbered in the shares, in the order given."""
-    alone = [level(one, static_up(one)) for one in people]
+    alone = [level(person, static_up(person)) for person in people]
     # The alone have shares of frames, feet or floor, so that nothing is taken on trust.
     heard = [not why_not(levelled) for levelled in alone]
     if not any(heard) and not told and look is None:
         return alone
-    names = _numbered([one.name for one in people])
+    names = _numbered([person.name for person in people])
     own = {name: levelled.up for name, levelled, use in zip(names, alone, heard, strict=True) if use}
     shared = _shared(own, told, look)
     return [
-        replace(level(one, shared), apart_deg=_apart_deg(levelled.up, shared) if use else float("nan"))
-        for one, levelled, use in zip(people, alone, heard, strict=True)
+        replace(level(person, shared), apart_deg=_apart_deg(levelled.up, shared) if use else float("nan"))
+        for person, levelled, use in zip(people, alone, heard, strict=True)
     ]
 
 
@@ -54,8 +54,8 @@ def _shared(own: Mapping[str, TakeUp], told: Sequence[Evidence], look: Look | No
         ]
 
     wider = max(1.0, min(errors.values()) / float(fuse(said(1.0)).error_deg))
-    found = fused_up(said(wider), told, look)
-    return replace(found, own=found.own | {name: (up.up, errors[name]) for name, up in own.items()})
+    fused = fused_up(said(wider), told, look)
+    return replace(fused, own=fused.own | {name: (up.up, errors[name]) for name, up in own.items()})
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

@@ -54,7 +54,7 @@ def camera_of(
     if intrinsics is not None:
         focal_px = intrinsics.pinhole_focal_px
         everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
-    told = focal_px, video.focal_px
+    focals = focal_px, video.focal_px
     frames = sorted({*np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2].tolist()})
     boxes = _boxes(everybody, frames)
     images = {
@@ -66,12 +66,12 @@ def camera_of(
     moves = background is not None and background.moves
     if camera == "moving" or (camera is None and moves) or not images:
         frames = list(range(first, last + 1, _EVERY))
-        seen = ((frame, undistorted_image(image, intrinsics)) for frame, image in _every(video, frames))
-        found = moving_camera(seen, shown_size(video), _boxes(everybody, frames), *told)
+        pictures = ((frame, undistorted_image(image, intrinsics)) for frame, image in _every(video, frames))
+        view = moving_camera(pictures, shown_size(video), _boxes(everybody, frames), *focals)
     else:
-        found = static_camera(images, boxes, *told)
-    found = replace(found, intrinsics=intrinsics, background=background)
-    return replace(found, looks=tuple(_shaken(look, found.shake_rad) for look in found.looks))
+        view = static_camera(images, boxes, *focals)
+    view = replace(view, intrinsics=intrinsics, background=background)
+    return replace(view, looks=tuple(_shaken(look, view.shake_rad) for look in view.looks))
 
 
 def _shaken(look: Look, shake_rad: float) -> Look:
@@ -92,9 +92,9 @@ def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, i
         return shift(images[start], images[end], [boxes[start], boxes[end]])
 
     pairs = [(start, end) for start, end in pairs if start in images and end in images]
-    known = [(start, end, way) for start, end in pairs if (way := moved(start, end)) is not None]
+    shifts = [(start, end, way) for start, end in pairs if (way := moved(start, end)) is not None]
     glimpses = []
-    for (start, end, way), after in zip_longest(known, known[1:]):
+    for (start, end, way), after in zip_longest(shifts, shifts[1:]):
         apart_s = float(video.time_s[end] - video.time_s[start])
         person = (_middle(boxes[end]) - _middle(boxes[start])) / side
         onward = moved(start, after[0]) if after else None
@@ -127,14 +127,14 @@ def _boxes(people: Sequence[PoseSequence], frames: Sequence[int]) -> Boxes:
         rows = np.flatnonzero(is_finite(poses.joints).any(axis=1))
         for frame in frames if len(rows) else ():
             joints = poses.joints[rows[np.abs(poses.frame_index[rows] - frame).argmin()]]
-            seen = joints[is_finite(joints)]
-            reach = _REACH * float((seen.max(axis=0) - seen.min(axis=0)).max())
+            there = joints[is_finite(joints)]
+            reach = _REACH * float((there.max(axis=0) - there.min(axis=0)).max())
             lines = [joints[poses.layout.indices(bone)] for bone in poses.layout.bones]
             along = np.linspace(0, 1, _BOXES)[:, None]
-            points = np.concatenate([seen, *(a + along * (b - a) for a, b in lines)])
+            points = np.concatenate([there, *(a + along * (b - a) for a, b in lines)])
             points = points[is_finite(points)]
             boxes[frame].append(np.concatenate([points - reach, points + reach], axis=-1))
-    return {frame: np.concatenate([np.zeros((0, 4)), *found]) for frame, found in boxes.items()}
+    return {frame: np.concatenate([np.zeros((0, 4)), *around]) for frame, around in boxes.items()}
 
 
 def static_camera(
@@ -146,9 +146,9 @@ def static_camera(
     """Of a camera that stood still. images: {video frame: (H, W, 3) uint8 RGB}, a few of a take. told_px, file_px: a
     focal length that the user, or the video file, states."""
     height, width = next(iter(images.values())).shape[:2]
-    found = _looked_at(images, boxes, known_camera((width, height), told_px, file_px))
+    view = _looked_at(images, boxes, known_camera((width, height), told_px, file_px))
     against = None if told_px is None else _focal_against(images, boxes, told_px)
-    return replace(found, focal_against_px=against)
+    return replace(view, focal_against_px=against)
 
 
 def _focal_against(images: Mapping[int, np.ndarray], boxes: Boxes, told_px: float) -> float | None:
@@ -172,16 +172,16 @@ def moving_camera(
     """Of a camera that pans or is carried, an answer for each image that gives one; the focal length that the first of
     them tells serves the others. images: video frame and (H, W, 3) uint8 RGB. size: their width and height. The others
     are arguments of static_camera."""
-    known = known_camera(size, told_px, file_px)
+    before = known_camera(size, told_px, file_px)
     looks: list[Look] = []
     reasons = ["no frame could be decoded"]
     for frame, image in images:
-        camera = _looked_at({frame: image}, boxes, known)
+        camera = _looked_at({frame: image}, boxes, before)
         looks += camera.looks
         reasons += [camera.reason] if camera.reason else []
-        if camera.focal_source != known.focal_source:
-            known = replace(camera, looks=(), reason="")
-    return replace(known, looks=tuple(looks), reason="" if looks else max(set(reasons), key=reasons.count))
+        if camera.focal_source != before.focal_source:
+            before = replace(camera, looks=(), reason="")
+    return replace(before, looks=tuple(looks), reason="" if looks else max(set(reasons), key=reasons.count))
 
 
 def known_camera(size: tuple[int, int], told_px: float | None, file_px: float | None) -> Camera:
@@ -194,34 +194,34 @@ def known_camera(size: tuple[int, int], told_px: float | None, file_px: float | 
     return Camera(size, focal, focal * ASSUMED_FOCAL_SD, "prior")
 
 
-def _prior_spread(known: Camera) -> float:
+def _prior_spread(camera: Camera) -> float:
     """Of the focal length's logarithm, before an image is looked at. What fits draw an unknown one to is narrower than
     what is stated of it where no image tells it."""
-    return PRIOR_FOCAL_SPREAD if known.focal_source == "prior" else known.focal_sd_px / known.focal_px
+    return PRIOR_FOCAL_SPREAD if camera.focal_source == "prior" else camera.focal_sd_px / camera.focal_px
 
 
-def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, known: Camera) -> Camera:
+def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, before: Camera) -> Camera:
     """The camera with what the lines of images of one place say of it; where these do not tell up, with the reason."""
-    frames, spread = sorted(images), _prior_spread(known)
+    frames, spread = sorted(images), _prior_spread(before)
     pictures = [images[frame] for frame in frames]
-    known_px = None if known.focal_source == "prior" else known.focal_px
+    known_px = None if before.focal_source == "prior" else before.focal_px
     answer = up_from_images(
         pictures, known_px, [boxes.get(frame, _NO_BOX) for frame in frames], focal_spread=spread
     )
     if isinstance(answer, Unknown):
-        return replace(known, reason=answer.reason)
+        return replace(before, reason=answer.reason)
     first = answer.segments.first
     look = Look(
         frame=frames[0],
         up=answer.up,
         covariance=answer.in_camera,
         failure=answer.failure,
-        ends=answer.segments.ends[:first] * max(known.image_size) + np.array(known.image_size) / 2,
+        ends=answer.segments.ends[:first] * max(before.image_size) + np.array(before.image_size) / 2,
         runs_along=answer.runs_along[:first],
     )
-    found = replace(known, looks=(look,))
+    view = replace(before, looks=(look,))
     # What is told stays. Lines that say no more about the focal length than was known before leave it as it was, too.
-    if known.focal_source == "told" or answer.focal_sd_px / answer.focal_px >= 0.8 * spread:
-        return found
-    source = "lines" if known.focal_source == "prior" else known.focal_source
-    return replace(found, focal_px=answer.focal_px, focal_sd_px=answer.focal_sd_px, focal_source=source)
+    if before.focal_source == "told" or answer.focal_sd_px / answer.focal_px >= 0.8 * spread:
+        return view
+    source = "lines" if before.focal_source == "prior" else before.focal_source
+    return replace(view, focal_px=answer.focal_px, focal_sd_px=answer.focal_sd_px, focal_source=source)

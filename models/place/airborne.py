@@ -69,9 +69,9 @@ def airborne(take: Take) -> Airborne:
         return Airborne()
     root = np.column_stack([level.root[:, :2], height])
     level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
-    found = _airborne(level, LIFTED, _stature_m(level))
+    flown = _airborne(level, LIFTED, _stature_m(level))
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    return replace(found, lifted=True, judged=judged, shake=_shake(take, take.camera, poses))
+    return replace(flown, lifted=True, judged=judged, shake=_shake(take, take.camera, poses))
 
 
 def _shake(take: Take, camera: Camera, poses: PoseSequence) -> float:
@@ -87,10 +87,10 @@ def _airborne(level: PoseSequence, rule: Rule, stature_m: float | None = None) -
     """By a path (T, 3) of which each frame has its own height."""
     assert level.root is not None
     joints = level.joints[:, level.layout.indices(NEEDED)]
-    known = is_finite(joints).all(axis=1) & is_finite(level.root)
+    observable = is_finite(joints).all(axis=1) & is_finite(level.root)
     ankles = level.joints[:, level.layout.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
     ankle = (ankles + level.root[:, 2]) / implied_stature(level.joints)
-    return Airborne(tuple(flights(level, rule, stature_m)), known, cut(level, rule), ankle=ankle)
+    return Airborne(tuple(flights(level, rule, stature_m)), observable, cut(level, rule), ankle=ankle)
 
 
 def _stature_m(level: PoseSequence) -> float | None:
@@ -126,11 +126,11 @@ def own_height(
     ahead = ahead / np.linalg.norm(ahead)
     stature = implied_stature(level.joints)
     use = H36M17.indices(JOINTS)
-    found = np.empty(len(level))
+    height = np.empty(len(level))
     for rows in blocks(len(level)):
         body, lines = (each[rows, use].astype(np.float64) for each in (level.joints, rays))
-        found[rows] = _height(body, lines, trust[rows, use], level.root[rows], R, ahead, stature)
-    return found
+        height[rows] = _height(body, lines, trust[rows, use], level.root[rows], R, ahead, stature)
+    return height
 
 
 def _height(
@@ -151,10 +151,10 @@ def _height(
     there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust > 0)
     enough = there.sum(axis=1) >= FEWEST
     heights, trust = np.where(there, heights, np.nan), np.where(there, trust, 0.0)
-    found = np.full(len(heights), np.nan)
-    found[enough] = np.nanmedian(heights[enough], axis=1)
+    height = np.full(len(heights), np.nan)
+    height[enough] = np.nanmedian(heights[enough], axis=1)
     for _ in range(_ROUNDS):
-        off = np.where(there, heights - found[:, None], 0.0)
+        off = np.where(there, heights - height[:, None], 0.0)
         weights = trust / (1 + (off / (_ROBUST * stature)) ** 2)
-        found[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
-    return found
+        height[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
+    return height

@@ -145,10 +145,10 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     path = _body_path(level, rule)
     if path is None:
         return []
-    found = (
+    fitted = (
         _flight(path, rows, line, stature_m) for rows, line, whole in _spells(path, level.seams) if whole
     )
-    return [flight for flight in found if flight is not None]
+    return [flight for flight in fitted if flight is not None]
 
 
 def cut(level: PoseSequence, rule: Rule = MEASURED) -> bool:
@@ -285,9 +285,9 @@ def _floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np
     """(T,) what a height (T,) is for a fifth of the time around, or of the whole time."""
     from scipy.ndimage import percentile_filter
 
-    known = np.isfinite(height)
+    visible = np.isfinite(height)
     if np.isnan(around_s) or len(height) < 2:
-        return np.full(len(height), float(np.percentile(height[known], _FLOOR)))
+        return np.full(len(height), float(np.percentile(height[visible], _FLOOR)))
     even = on_lines(height, time_s)
     return percentile_filter(even, _FLOOR, size=2 * round(around_s * rate(time_s)) + 1, mode="nearest")
 
@@ -313,9 +313,9 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     duration = np.ptp(time_s)
     height = -bend * duration**2 / 8
     off = np.sqrt(((centre - design @ weights) ** 2).mean(axis=0))[2]
-    seen = height > rule.high and off < min(rule.noise * height, rule.off)
+    fits = height > rule.high and off < min(rule.noise * height, rule.off)
     falls = np.hypot(*drift) < rule.drift * -bend and abs(speed / bend) < rule.middle * duration
-    if not (seen and falls):
+    if not (fits and falls):
         return None
     return _Fit(-float(bend), middle_s - float(speed / bend))
 
@@ -348,9 +348,9 @@ def lifted_rise(
     whether a foot is on the floor; there are some rows of the same clip before and after the flight, which has `rows`
     and is highest at apex_s. fall: of gravity, statures / s2.
     """
-    known = np.isfinite(centre[rows])
-    way_s = (time_s[rows] - apex_s)[known]
-    drift, level = np.polyfit(way_s, centre[rows][known] + fall / 2 * way_s**2, 1)
+    visible = np.isfinite(centre[rows])
+    way_s = (time_s[rows] - apex_s)[visible]
+    drift, level = np.polyfit(way_s, centre[rows][visible] + fall / 2 * way_s**2, 1)
     highest = level + drift**2 / (2 * fall)
     sooner, later = np.flatnonzero(stands[: rows.start]), rows.stop + np.flatnonzero(stands[rows.stop :])
     before = float(np.median(ankle[sooner[time_s[sooner] >= time_s[sooner[-1]] - _STANDS_S]]))

@@ -109,15 +109,18 @@ def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndar
     ends = np.array([H36M17.indices(bone) for bone in SEGMENTS])
     bones, images = (points[:, ends[:, 1]] - points[:, ends[:, 0]] for points in (joints, rays))
     length, apart = (np.linalg.norm(lines, axis=-1) for lines in (bones, images))
-    seen = np.isfinite(length) & np.isfinite(apart)
-    if seen.any(axis=1).sum() < 2:
+    visible = np.isfinite(length) & np.isfinite(apart)
+    if visible.any(axis=1).sum() < 2:
         return np.ones(len(joints))
     usual = np.array(
-        [np.median(one[there]) if there.any() else 0.0 for one, there in zip(length.T, seen.T, strict=True)]
+        [
+            np.median(of_bone[there]) if there.any() else 0.0
+            for of_bone, there in zip(length.T, visible.T, strict=True)
+        ]
     )
     across = np.linalg.norm(bones[..., :2], axis=-1)
-    totals = (np.where(seen, lengths, 0.0).sum(axis=1) for lengths in (length, usual[None], apart, across))
-    whole, expected, image, flat = (np.where(seen.any(axis=1), total, np.nan) for total in totals)
+    totals = (np.where(visible, lengths, 0.0).sum(axis=1) for lengths in (length, usual[None], apart, across))
+    whole, expected, image, flat = (np.where(visible.any(axis=1), total, np.nan) for total in totals)
     size = _slow(whole / expected, time_s)
     near = size + _slow(image / flat, time_s)
     follows = ((size - size.mean()) * (near - near.mean())).mean() > 0.5 * near.var()

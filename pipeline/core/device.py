@@ -77,14 +77,14 @@ def computing_on(asked: Device) -> Iterator[Placement]:
     if outer is not None and outer.asked == asked:
         yield outer
         return
-    found = offered()
-    if asked not in (AUTO, *found):
+    devices = offered()
+    if asked not in (AUTO, *devices):
         raise InputError(
             "no-device",
-            f"Expected a device that onnxruntime offers here ({', '.join(found)}), got --device {asked}; install "
+            f"Expected a device that onnxruntime offers here ({', '.join(devices)}), got --device {asked}; install "
             f"{KINDS[asked].install}, in place of the installed onnxruntime.",
         )
-    tried = found if asked == AUTO else [asked]
+    tried = devices if asked == AUTO else [asked]
     token = _placement.set(Placement(asked, [name for name in tried if name != CPU]))
     try:
         yield placement()
@@ -102,8 +102,8 @@ def offered() -> list[str]:
 
 def listed() -> list[dict[str, str]]:
     """Rows of `pcnet3d list devices`, each with three texts."""
-    found = offered()
+    devices = offered()
     return [
-        {"name": name, "is": "offered" if name in found else "not offered", "install": kind.install}
+        {"name": name, "is": "offered" if name in devices else "not offered", "install": kind.install}
         for name, kind in KINDS.items()
     ]

@@ -44,9 +44,9 @@ def spans_in_words(spans: Sequence[tuple[float, float]], most: int = 3) -> str:
             apart[-1][1] = max(end, apart[-1][1])
         else:
             apart.append([begin, end])
-    told = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in apart[:most])
+    listed = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in apart[:most])
     more = len(apart) - most
-    return f"{told} and {how_many(more, 'more time')}" if more > 0 else told
+    return f"{listed} and {how_many(more, 'more time')}" if more > 0 else listed
 
 
 def bound_in_words(bound: float) -> str:

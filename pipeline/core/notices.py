@@ -20,11 +20,11 @@ class _Sentences(Formatter):
     words, {n:?is/are} the words alone."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
-        kind, words = format_spec[:1], format_spec[1:].partition("/")
+        kind, forms = format_spec[:1], format_spec[1:].partition("/")
         if kind == "~":
-            return how_many(value, words[0], words[2])
+            return how_many(value, forms[0], forms[2])
         if kind == "?":
-            return words[0] if value == 1 else words[2]
+            return forms[0] if value == 1 else forms[2]
         return super().format_field(value, format_spec)
 
 
@@ -82,11 +82,11 @@ def notice(
     """A notice of the catalogue. rows, values: as in Notice; weight: if it is not the catalogue's. KeyError for an
     unknown code, or if its sentence lacks a value."""
     entry = CATALOGUE[code]
-    found = Notice(
+    made = Notice(
         code, weight or entry.weight, entry.about, None if rows is None else tuple(map(int, rows)), values
     )
-    _ = found.text  # fails here, where it is made, when a value lacks
-    return found
+    _ = made.text  # fails here, where it is made, when a value lacks
+    return made
 
 
 def own_notice(
@@ -154,7 +154,7 @@ def _shown(template: str) -> str:
 
 
 def _value(name: str, spec: str) -> str:
-    words = spec[1:].partition("/")
+    forms = spec[1:].partition("/")
     if spec.startswith("?"):
-        return words[2]
-    return f"*{name}* {words[2] or words[0] + 's'}" if spec.startswith("~") else f"*{name}*"
+        return forms[2]
+    return f"*{name}* {forms[2] or forms[0] + 's'}" if spec.startswith("~") else f"*{name}*"

@@ -92,14 +92,14 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
                 f"{', '.join(missing)} is missing.",
             )
         _check_archive(path, names)
-        found = {}
+        arrays = {}
         for name in names:
             where = f"{path}, array '{name}'"
             with opened(path, name) as (stream, size):
                 shape, fortran_order, dtype = header(stream, where)
                 _check_kind(dtype, "fiubU", where)
-                found[name] = _data(stream, size, shape, fortran_order, dtype, where)
-        return found
+                arrays[name] = _data(stream, size, shape, fortran_order, dtype, where)
+        return arrays
 
 
 def write_arrays(path: Path, **arrays: Any) -> None:

@@ -169,12 +169,12 @@ def _remove_dead(folder: Path, prefix: str, suffix: str = "") -> None:
 def _dead(folder: Path, prefix: str, suffix: str = "") -> list[Path]:
     """What processes of this machine that are no more left unfinished; of other machines nobody can tell."""
     here = _us().partition("@")[2]
-    found = []
+    unfinished = []
     for left in folder.glob(f"{escape(prefix)}*{escape(suffix)}"):
-        told = re.match(r"(\d+)@([A-Za-z0-9._]*)-", left.name.removeprefix(prefix))
-        if told and told[2] == here and not is_running(int(told[1])):
-            found.append(left)
-    return found
+        owner = re.match(r"(\d+)@([A-Za-z0-9._]*)-", left.name.removeprefix(prefix))
+        if owner and owner[2] == here and not is_running(int(owner[1])):
+            unfinished.append(left)
+    return unfinished
 
 
 def check_replaceable(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -> None:

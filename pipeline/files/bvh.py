@@ -63,8 +63,8 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
 def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
     """Skeleton (End Sites left out), channels as (joint, name) in the order of the numbers, numbers (T, channels) in
     degrees and the file's unit, frames per second. InputError for what is no BVH."""
-    head, found, motion = text.partition("MOTION")
-    if not found or "HIERARCHY" not in head:
+    head, separator, motion = text.partition("MOTION")
+    if not separator or "HIERARCHY" not in head:
         raise InputError("format-unknown", "expected a BVH file with HIERARCHY and MOTION.")
     try:
         skeleton, channels = _hierarchy(head)
@@ -132,8 +132,8 @@ def _check(skeleton: Skeleton, channels: list[tuple[int, str]]) -> None:
                 "wrong-content",
                 f"expected each rotation of '{skeleton.names[joint]}' once, got {', '.join(turns)}.",
             )
-    known = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
-    unknown = {name for _, name in channels} - known
+    usual = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
+    unknown = {name for _, name in channels} - usual
     if unknown or skeleton.parents.count(-1) != 1:
         raise InputError(
             "wrong-content",
@@ -179,8 +179,8 @@ def pose(
 
 def _by_joint(channels: list[tuple[int, str]]) -> dict[int, list[tuple[int, str]]]:
     """Column and name of each joint's channels, without those of End Sites."""
-    found: dict[int, list[tuple[int, str]]] = {}
+    channels_of: dict[int, list[tuple[int, str]]] = {}
     for i, (joint, name) in enumerate(channels):
         if joint >= 0:
-            found.setdefault(joint, []).append((i, name))
-    return found
+            channels_of.setdefault(joint, []).append((i, name))
+    return channels_of

@@ -72,18 +72,18 @@ def parse(content: bytes) -> C3d:
 
 def texts(parameters: dict[str, list[Any]], name: str) -> list[str]:
     """A parameter's texts with those of its continuations (LABELS, LABELS2, ...), which 255 at a time need."""
-    found: list[str] = []
+    joined: list[str] = []
     for key in (name, *(f"{name}{number}" for number in range(2, 300))):
         if key not in parameters:
             break
-        found += map(str, parameters[key])
-    return found
+        joined += map(str, parameters[key])
+    return joined
 
 
 def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]:
     """Records one after the other, groups and parameters mixed, each with the distance to the next."""
     groups: dict[int, str] = {}
-    found: list[tuple[int, str, list[Any]]] = []
+    records: list[tuple[int, str, list[Any]]] = []
     while at + 2 <= len(content):
         length, group = (int(number) for number in np.frombuffer(content[at : at + 2], np.int8))
         body = at + 2 + abs(length)
@@ -99,8 +99,8 @@ def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]
         if group < 0:
             groups[-group] = name
         else:
-            found.append((group, name, _values(content[body + 2 : at], processor)))
-    return {f"{groups.get(group, '')}:{name}": values for group, name, values in found}
+            records.append((group, name, _values(content[body + 2 : at], processor)))
+    return {f"{groups.get(group, '')}:{name}": values for group, name, values in records}
 
 
 def _values(record: bytes, processor: int) -> list[Any]:

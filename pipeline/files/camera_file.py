@@ -79,7 +79,7 @@ def _cameras(path: Path) -> dict[str, Camera]:
     """Every camera by name, as entries of the names above; never none."""
     text = _text(path)
     try:
-        found = [(name or path.stem, camera) for name, camera in _in_tree(_parsed(text))]
+        named = [(name or path.stem, camera) for name, camera in _in_tree(_parsed(text))]
     except ValueError as error:
         said = f" ({str(error).strip().splitlines()[-1]})" if str(error).strip() else ""
         raise InputError(
@@ -87,13 +87,13 @@ def _cameras(path: Path) -> dict[str, Camera]:
         ) from None
     except RecursionError:
         raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
-    if not found:
+    if not named:
         raise InputError("wrong-content", f"Expected {_FORMATS}; {path} has no camera matrix.")
-    cameras = dict(found)
-    if len(cameras) < len(found):
+    cameras = dict(named)
+    if len(cameras) < len(named):
         raise InputError(
             "wrong-content",
-            f"{path}: expected cameras with different names, got {', '.join(name for name, _ in found)}.",
+            f"{path}: expected cameras with different names, got {', '.join(name for name, _ in named)}.",
         )
     return cameras
 

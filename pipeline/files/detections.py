@@ -83,13 +83,13 @@ class Detections:
 
     def _repeats(self, person: PoseSequence) -> list[Notice]:
         """Notices of repeated images while a person is seen; where most repeat, quick movements are lost."""
-        seen, (first, last) = person.frame_index, person.frame_index[[0, -1]]
+        frames, (first, last) = person.frame_index, person.frame_index[[0, -1]]
         if (np.diff(self.repeated[self.repeated > last], prepend=last, append=self.frames_seen) == 1).all():
             last = self.frames_seen - 1  # to the end the person is in the image that stands still
         repeated = self.repeated[(self.repeated > first) & (self.repeated <= last)]
         runs = np.split(repeated, np.flatnonzero(np.diff(repeated) > 1) + 1)
         frozen = [run for run in runs if len(run) >= _FROZEN]
-        if frozen and np.isin(seen[1:], repeated).all():
+        if frozen and np.isin(frames[1:], repeated).all():
             return [notice("images-frozen", weight="suspicious", frames=f"{first} to {last}")]
         if frozen:
             still = np.concatenate(frozen)
@@ -104,7 +104,7 @@ class Detections:
         apart, long = np.diff([run[0] for run in runs]), np.array([len(run) for run in runs[:-1]])
         alike = abs(apart - np.median(apart)) <= 1 if len(apart) >= _REGULAR else np.zeros(1, bool)
         if alike.mean() > _ALIKE:
-            fps = np.ptp(seen) / np.ptp(person.times)
+            fps = np.ptp(frames) / np.ptp(person.times)
             fps *= 1 - long[alike].sum() / apart[alike].sum()
             where = f"regularly, as of {fps:.2g} frames a second, so times are off by up to one frame"
         else:
@@ -171,19 +171,19 @@ class Detections:
 
 def load_detections(path: Path) -> Detections:
     """What `save` wrote; InputError for anything else."""
-    found = {}
+    content = {}
     try:
         held = load_all(path, *_NUMBERS, *_WORDS)
         for name, (dimensions, kind) in _NUMBERS.items():
             array = held[name]
             if array.ndim != dimensions or array.dtype.kind != kind:
                 raise ValueError(f"array '{name}' is {array.dtype} of shape {array.shape}")
-            found[name] = array if dimensions else int(array)
-        found |= {name: str(held[name]) for name in _WORDS}
+            content[name] = array if dimensions else int(array)
+        content |= {name: str(held[name]) for name in _WORDS}
         rows = {
-            len(found[name]) for name in ("frame_index", "time_s", "person", "joints", "confidence", "box")
+            len(content[name]) for name in ("frame_index", "time_s", "person", "joints", "confidence", "box")
         }
-        if len(rows) != 1 or not found["joints"].shape[1:] == (len(layout_named(found["layout"])), 2):
+        if len(rows) != 1 or not content["joints"].shape[1:] == (len(layout_named(content["layout"])), 2):
             raise ValueError("its arrays do not belong together")
         if 0 in rows:
             raise ValueError("it holds nobody")
@@ -191,7 +191,7 @@ def load_detections(path: Path) -> Detections:
         raise InputError(
             "file-damaged", f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}."
         ) from None
-    return Detections(**found)
+    return Detections(**content)
 
 
 def listed(frames: Sequence[object] | np.ndarray) -> str:

@@ -38,17 +38,17 @@ class Markers:
     made_by: MadeBy = UNSAID
 
 
-def by_subject(found: Markers) -> dict[str, Markers]:
+def by_subject(markers: Markers) -> dict[str, Markers]:
     """The points of each subject by its name, which stands before a colon ("Ann:RHip", as Vicon writes it) and is taken
     away. Of a file with one subject, all points under its name; with none, under ""."""
-    parted = [name.rpartition(":") for name in found.names]
+    parted = [name.rpartition(":") for name in markers.names]
     plain = [name for _, _, name in parted]
     subjects = list(dict.fromkeys(subject for subject, _, _ in parted if subject))
     if len(subjects) < 2:
-        return {"".join(subjects): replace(found, names=plain)}
+        return {"".join(subjects): replace(markers, names=plain)}
     rows = {name: [i for i, (subject, _, _) in enumerate(parted) if subject == name] for name in subjects}
     return {
-        name: replace(found, names=[plain[i] for i in own], points=found.points[:, own])
+        name: replace(markers, names=[plain[i] for i in own], points=markers.points[:, own])
         for name, own in rows.items()
     }
 

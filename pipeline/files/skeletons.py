@@ -179,12 +179,12 @@ def h36m17_of_limbs(joints: np.ndarray, names: Sequence[str]) -> np.ndarray:
     is mid-hips; all other joints are NaN. InputError without hips, knees and ankles."""
     at = _by_plain_name(names)
     for wanted in _limb_names():
-        found = {joint: at[name] for joint, name in wanted.items() if name in at}
-        if all(f"{side}_{joint}" in found for side in "lr" for joint in _LIMBS[:3]):
+        there = {joint: at[name] for joint, name in wanted.items() if name in at}
+        if all(f"{side}_{joint}" in there for side in "lr" for joint in _LIMBS[:3]):
             made = np.full((len(joints), len(H36M17), 3), np.nan)
-            for joint, i in found.items():
+            for joint, i in there.items():
                 made[:, H36M17.index(joint)] = joints[:, i]
-            hips = (joints[:, found["l_hip"]] + joints[:, found["r_hip"]]) / 2
+            hips = (joints[:, there["l_hip"]] + joints[:, there["r_hip"]]) / 2
             made[:, H36M17.index("pelvis")] = hips
             return made
     raise InputError(
@@ -201,8 +201,8 @@ def match(names: Sequence[str]) -> dict[str, int]:
     neck = next((name for name in _NECKS if name in at), None)
     for wanted in _limb_names():
         if neck and "head" in at and all(name in at for name in wanted.values()):
-            found = {joint: at[name] for joint, name in wanted.items()}
-            return found | {"neck": at[neck], "head": at["head"]}
+            limbs = {joint: at[name] for joint, name in wanted.items()}
+            return limbs | {"neck": at[neck], "head": at["head"]}
     raise InputError(
         "wrong-content",
         "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under common names, "
@@ -219,12 +219,12 @@ def _by_plain_name(names: Sequence[str]) -> dict[str, int]:
 
 def _limb_names() -> Iterator[dict[str, str]]:
     """By joint of the limbs, with its side, the plain name that each program gives it."""
-    for words in _WORDS:
+    for names in _WORDS:
         for sides in _SIDES:
             yield {
                 f"{side}_{joint}": pattern.format(word)
                 for side, pattern in sides.items()
-                for joint, word in zip(_LIMBS, words, strict=True)
+                for joint, word in zip(_LIMBS, names, strict=True)
             }
 
 

@@ -68,18 +68,18 @@ def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]
 def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None) -> dict[int, np.ndarray]:
     """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. grey_side: pixels of
     the longer side, of images in grey (H, W) that are brought to that size. InputError as for `images_from`."""
-    found: dict[int, np.ndarray] = {}
+    images: dict[int, np.ndarray] = {}
     with _opened(video) as film:
         coming: Iterator[tuple[int, VideoFrame]] = iter(())
         for wanted in sorted(set(frames)):
-            if not found or wanted - film.number > _NEAR:
+            if not images or wanted - film.number > _NEAR:
                 coming = film.frames_from(wanted)
             for number, frame in coming:
                 if number == wanted:
-                    found[number] = _upright(frame, video.rotation_deg, grey_side)
+                    images[number] = _upright(frame, video.rotation_deg, grey_side)
                 if number >= wanted:
                     break
-    return found
+    return images
 
 
 @contextmanager

@@ -34,9 +34,9 @@ def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, with
     worst take, as `trust` has it, else 0."""
     worst = 0
     for who, take in takes.items():
-        code, words = trust(take)
+        code, trusted = trust(take)
         if code:
-            words += (
+            trusted += (
                 f" (exit code {code}, as --strict asks)"
                 if strict
                 else f" (--strict makes the exit code {code})"
@@ -45,7 +45,7 @@ def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, with
             if each.code in _FIRST:
                 print(f"{who}{each.text}")
         print(f"{who}{seen(take)}")
-        print(f"{who}{words[:1].upper()}{words[1:]}.")
+        print(f"{who}{trusted[:1].upper()}{trusted[1:]}.")
         worst = max(worst, code)
     more = _say(takes)
     point_to(folder, within)
@@ -102,23 +102,23 @@ def trust(take: Take) -> tuple[int, str]:
     """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
     neither. Its poses are judged as by `pcnet3d inspect`."""
     judged = take.judged
-    code, words = EXIT_CODES[verdict(judged)], [] if take.findings is None else [verdict_words(judged)]
-    if words and not grave(judged) and take.error_unknown:
-        words = ["no fault was found in the poses, but how far they are off cannot be judged"]
+    code, parts = EXIT_CODES[verdict(judged)], [] if take.findings is None else [verdict_words(judged)]
+    if parts and not grave(judged) and take.error_unknown:
+        parts = ["no fault was found in the poses, but how far they are off cannot be judged"]
     if take.rectified is not None:
         levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg[take.rectified.turned]
         code = code if levelled else EXIT_CODES["unusable"]
-        words.append(f"the take is {'' if levelled else 'not '}levelled")
+        parts.append(f"the take is {'' if levelled else 'not '}levelled")
         if not levelled:
-            words[-1] += f": {take.rectified.level_reason}"
+            parts[-1] += f": {take.rectified.level_reason}"
         elif any(each.code == "up-of-unusable" for each in take.notices):
-            words[-1] += ", the error of up is not known"
+            parts[-1] += ", the error of up is not known"
         elif np.isfinite(bound).any():
-            words[-1] += f", up is known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
-            words[-1] += " unless the image is turned" if nobody_upright(take.rectified) else ""
+            parts[-1] += f", up is known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
+            parts[-1] += " unless the image is turned" if nobody_upright(take.rectified) else ""
         elif take.rectified.in_world:
-            words[-1] += ", up comes from the file; its error is not known"
-    return code, "; ".join(words)
+            parts[-1] += ", up comes from the file; its error is not known"
+    return code, "; ".join(parts)
 
 
 def seen(take: Take) -> str:

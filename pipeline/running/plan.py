@@ -126,8 +126,8 @@ def _check_readers(options: RunOptions, alone: bool) -> None:
             "--set keypoints": options.keypoints_options,
         },
     }
-    for role, told in readers.items():
-        unread = [flag for flag, given in told.items() if given]
+    for role, flags in readers.items():
+        unread = [flag for flag, given in flags.items() if given]
         if unread and getattr(options, role) is None:
             raise InputError(
                 "option-conflict", f"{', '.join(unread)} is for --{role} FILE, which this run does not have."

@@ -88,9 +88,9 @@ def _lines(what: str, total: int | None) -> Done:
         if now - said < _SECONDS_A_LINE or count == first:
             return
         said, rate = now, (count - first) / (now - start)
-        words = f"{count}, {rate:.1f}/s"
+        line = f"{count}, {rate:.1f}/s"
         if total is not None:
-            words = f"{count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
-        say(what, words + more)
+            line = f"{count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
+        say(what, line + more)
 
     return done

@@ -180,8 +180,8 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     """The files that a run is given, which it must not replace: its own, and those that options of readers and stages
     name, such as networks and cameras."""
     own = (options.poses, options.keypoints, options.video, options.recipe)
-    told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
-    named = [path for each in told for path in files_among(each).values()]
+    options_of_all = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
+    named = [path for each in options_of_all for path in files_among(each).values()]
     return [path for path in own if path and path.exists()] + named
 
 
@@ -190,9 +190,9 @@ def _frame_rate(take: Take) -> float:
     if (rows := take.rows) is not None:
         step = np.diff(rows.frame_index)
         return rate(rows.times) * float(np.median(step)) if len(step) else float("nan")
-    video, told = take.need("video"), take.told.fps
+    video, fps = take.need("video"), take.told.fps
     first, last = video.span
-    return rate(video.time_s[first : last + 1]) if told is None else told
+    return rate(video.time_s[first : last + 1]) if fps is None else fps
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:

@@ -143,8 +143,8 @@ class _Page:
         start, end = sorted(self._on_small(edge).tolist())
         for colour, width in ((DARK, 3), (HORIZON, 1)):
             cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, _FIXED)
-        words = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
-        _write(small, words, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
+        text = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
+        _write(small, text, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
     def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> None:
         """Those that the detector has seen: on others nothing rests."""
@@ -212,10 +212,10 @@ def _views(body: PoseSequence, width: int, height: int) -> dict[str, np.ndarray]
 
 def _range(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest (2,) of points (T, J, 2), but for outliers; a unit square of none."""
-    known = points[is_finite(points)]
-    if not len(known):
+    shown = points[is_finite(points)]
+    if not len(shown):
         return np.zeros(2), np.ones(2)
-    low, high = np.percentile(known, [0.2, 99.8], axis=0)
+    low, high = np.percentile(shown, [0.2, 99.8], axis=0)
     return low, np.maximum(high, low + 1e-6)
 
 

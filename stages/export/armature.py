@@ -98,12 +98,12 @@ def armature(take: Take) -> Armature:
     InputError for a take without filtered joints, of a single frame, and without one in which pelvis, hips and spine
     are known.
     """
-    found = evenly(take, ANIMATION)
-    if len(found.time_s) < 2:
+    even = evenly(take, ANIMATION)
+    if len(even.time_s) < 2:
         raise InputError(
             "nothing-usable", "Expected two frames or more, to animate a skeleton; the take has one."
         )
-    at = dict(zip(found.names, np.moveaxis(found.joints, 1, 0), strict=True))
+    at = dict(zip(even.names, np.moveaxis(even.joints, 1, 0), strict=True))
     R_world = bone_rotations(at)
     rows = np.flatnonzero(is_finite(R_world["pelvis"]).all(axis=-1))
     if not len(rows):
@@ -123,10 +123,10 @@ def armature(take: Take) -> Armature:
             local[:, i] = _held(local[:, i], known[:, i], np.eye(3))
         else:  # what turns nothing has nothing to be known
             local[:, i], known[:, i] = np.eye(3), True
-    place = np.zeros((len(found.joints), 3))
-    if found.root is not None:
-        place = over_the_floor(take, found.root, ANIMATION)
-    stature = implied_stature(found.joints[:, : len(H36M17)])
+    place = np.zeros((len(even.joints), 3))
+    if even.root is not None:
+        place = over_the_floor(take, even.root, ANIMATION)
+    stature = implied_stature(even.joints[:, : len(H36M17)])
     floor = (_soles(at, stature) + place[:, 1])[kept]
     height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0
     place_known = is_finite(place[kept])
@@ -137,7 +137,7 @@ def armature(take: Take) -> Armature:
     )
     standing = -float(_soles(at_rest, stature)[0])
     rest_root = place[0] - moved
-    if found.root is not None and np.isfinite(standing):
+    if even.root is not None and np.isfinite(standing):
         rest_root = standing * _Y
     return Armature(
         skeleton,
@@ -147,11 +147,11 @@ def armature(take: Take) -> Armature:
         moved,
         known,
         place_known,
-        found.root is not None,
-        found.time_s[kept],
-        found.fps,
-        found.unit,
-        (kept.start, len(found.joints) - kept.stop),
+        even.root is not None,
+        even.time_s[kept],
+        even.fps,
+        even.unit,
+        (kept.start, len(even.joints) - kept.stop),
     )
 
 

@@ -28,21 +28,21 @@ def write_bvh(take: Take, path: Path) -> tuple[Notice, ...]:
 
     A BVH file knows no gaps: returns notes on what was held there and left out. Raises as `armature` does.
     """
-    found = armature(take)
+    animated = armature(take)
     body = np.concatenate(
-        [found.root, _angles(found.R_parent_from_joint).reshape(len(found.root), -1)], axis=1
+        [animated.root, _angles(animated.R_parent_from_joint).reshape(len(animated.root), -1)], axis=1
     )
     head = [
         "HIERARCHY",
-        *_lines(found.skeleton, 0, ""),
+        *_lines(animated.skeleton, 0, ""),
         "MOTION",
         f"Frames: {len(body)}",
-        f"Frame Time: {1 / found.fps:.9f}",
+        f"Frame Time: {1 / animated.fps:.9f}",
     ]
     with whole_file(path) as partial, open(partial, "w", encoding="ascii", newline="\n") as file:
         file.write("\n".join(head) + "\n")
         np.savetxt(file, np.round(body, 6) + 0.0, fmt="%.6f")
-    return found.notes(path.name)
+    return animated.notes(path.name)
 
 
 def _angles(R: np.ndarray) -> np.ndarray:

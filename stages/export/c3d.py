@@ -36,8 +36,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     check_c3d()
     import ezc3d
 
-    found = markers(take, LEVEL)
-    count, begin_s = len(found.time_s), float(found.time_s[0])
+    points_in_time = markers(take, LEVEL)
+    count, begin_s = len(points_in_time.time_s), float(points_in_time.time_s[0])
     if count > LAST:
         reason = (
             f"C3D numbers {LAST} frames at most, and the take has {count} at an even rate: write TRC (--also trc), or "
@@ -50,17 +50,17 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
                 "not-written", file=path.name, reason="a single frame has no rate: write TRC (--also trc)"
             ),
         )
-    if nothing := nothing_in(found.joints, path):
+    if nothing := nothing_in(points_in_time.joints, path):
         return nothing
-    before = round(begin_s * found.fps)
+    before = round(begin_s * points_in_time.fps)
     numbered = 0 <= before <= LAST - count
-    points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
+    points = 1000 * np.moveaxis(points_in_time.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
     missing = np.isnan(points).any(axis=0, keepdims=True)
     file = ezc3d.c3d()
     point = file["parameters"]["POINT"]
     point["UNITS"]["value"] = ["mm"]
-    point["RATE"]["value"] = [found.fps]
-    point["LABELS"]["value"] = list(found.names)
+    point["RATE"]["value"] = [points_in_time.fps]
+    point["LABELS"]["value"] = list(points_in_time.names)
     file["header"]["points"]["first_frame"] = before if numbered else 0
     file["data"]["points"] = np.concatenate([points, np.ones_like(points[:1])])
     file["data"]["meta_points"] = {
@@ -86,10 +86,10 @@ def _add_events(file: Any, take: Take, from_s: float) -> None:
     """The group EVENT: initial contacts and toe-offs of the walks by the names that gait programs look for, at minutes
     and seconds after from_s, in order; none where nobody walks. As many as a parameter can hold (C3D's user guide, "The
     EVENT group")."""
-    found = [(at_s - from_s, side, _EVENTS[name]) for at_s, side, name in contacts(take)]
-    if not found:
+    events = [(at_s - from_s, side, _EVENTS[name]) for at_s, side, name in contacts(take)]
+    if not events:
         return
-    times, sides, labels = zip(*found[:_MOST], strict=True)
+    times, sides, labels = zip(*events[:_MOST], strict=True)
     file.add_parameter("EVENT", "USED", [len(times)])
     file.add_parameter("EVENT", "CONTEXTS", [side.capitalize() for side in sides])
     file.add_parameter("EVENT", "LABELS", list(labels))

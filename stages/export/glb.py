@@ -39,20 +39,20 @@ def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
 
     Returns notes on what was held and left out. Raises as `armature` does.
     """
-    found = armature(take)
-    arrays, skeleton = _Arrays(), found.skeleton
+    animated = armature(take)
+    arrays, skeleton = _Arrays(), animated.skeleton
     armature_node, body_node = len(skeleton.names), len(skeleton.names) + 1
     R_scene_from_rest = _rest_axes(skeleton)
     content = {
         "asset": {
             "version": "2.0",
             "generator": f"pcnet3d {package_version()}",
-            "extras": _extras(take, found),
+            "extras": _extras(take, animated),
         },
         "scene": 0,
         "scenes": [{"name": take.name, "nodes": [armature_node, body_node]}],
         "nodes": [
-            *_joint_nodes(skeleton, found.rest_root, R_scene_from_rest),
+            *_joint_nodes(skeleton, animated.rest_root, R_scene_from_rest),
             {"name": "armature", "children": [0]},
             {"name": "body", "mesh": 0, "skin": 0},
         ],
@@ -60,14 +60,14 @@ def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
             {
                 "name": "armature",
                 "inverseBindMatrices": arrays.add(
-                    _inverse_binds(skeleton.rest + found.rest_root, R_scene_from_rest)
+                    _inverse_binds(skeleton.rest + animated.rest_root, R_scene_from_rest)
                 ),
                 "joints": list(range(len(skeleton.names))),
                 "skeleton": 0,
             }
         ],
-        **_mesh(found, arrays),
-        "animations": [{"name": take.name, **_animation(found, R_scene_from_rest, arrays)}],
+        **_mesh(animated, arrays),
+        "animations": [{"name": take.name, **_animation(animated, R_scene_from_rest, arrays)}],
         "accessors": arrays.accessors,
         "bufferViews": arrays.views,
         "buffers": [{"byteLength": len(arrays.content)}],
@@ -78,7 +78,7 @@ def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
     body = b"".join(struct.pack("<I", len(data)) + kind + data for kind, data in chunks)
     with whole_file(path) as partial:
         partial.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
-    return found.notes(path.name)
+    return animated.notes(path.name)
 
 
 class _Arrays:
@@ -161,11 +161,11 @@ def _inverse_binds(rest: np.ndarray, R_scene_from_rest: np.ndarray) -> np.ndarra
     return columns
 
 
-def _mesh(found: Armature, arrays: _Arrays) -> dict[str, Any]:
+def _mesh(animated: Armature, arrays: _Arrays) -> dict[str, Any]:
     """The skin: the surfaces of all bones that have a length, a part for each side, each bone's turned by the joint
     where it begins."""
-    skeleton = found.skeleton
-    rest = skeleton.rest + found.rest_root
+    skeleton = animated.skeleton
+    rest = skeleton.rest + animated.rest_root
     long = np.linalg.norm(skeleton.offsets, axis=1) > _SHORTEST
     bones = [joint for joint, parent in enumerate(skeleton.parents) if parent >= 0 and long[joint]]
     parts = []
@@ -200,16 +200,16 @@ def _side(joint: str) -> str:
     return {"l": "left", "r": "right"}.get(joint.partition("_")[0], "middle")
 
 
-def _animation(found: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:
+def _animation(animated: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:
     """Channels and samplers."""
-    parents = found.skeleton.parents
-    time = arrays.add((np.arange(len(found.root)) / found.fps).astype(np.float32))
+    parents = animated.skeleton.parents
+    time = arrays.add((np.arange(len(animated.root)) / animated.fps).astype(np.float32))
     moving = []
-    if found.moves:
-        moving.append((0, "translation", arrays.add(found.root.astype(np.float32))))
+    if animated.moves:
+        moving.append((0, "translation", arrays.add(animated.root.astype(np.float32))))
     for joint in sorted(set(parents[1:])):
         above = R_scene_from_rest[max(parents[joint], 0)]
-        R = above.T @ found.R_parent_from_joint[:, joint] @ R_scene_from_rest[joint]
+        R = above.T @ animated.R_parent_from_joint[:, joint] @ R_scene_from_rest[joint]
         moving.append((joint, "rotation", arrays.add(_continuous(_quaternions(R)))))
     return {
         "channels": [
@@ -232,17 +232,17 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
     return np.concatenate([turns[:1], turns[1:] * flips[:, None]])
 
 
-def _extras(take: Take, found: Armature) -> dict[str, Any]:
-    frame = ANIMATION.with_(origin="below the first pelvis, where the feet are lowest", unit=found.unit)
+def _extras(take: Take, animated: Armature) -> dict[str, Any]:
+    frame = ANIMATION.with_(origin="below the first pelvis, where the feet are lowest", unit=animated.unit)
     return {
         "provenance": provenance(take, frame),
         "axes": ", ".join(f"{axis} {word}" for axis, word in zip("xyz", ANIMATION.axes, strict=True)),
-        "length_unit": found.unit,
-        "begins_s": float(found.time_s[0]),
-        "fps": found.fps,
-        "origin": found.moved.tolist(),
-        "frames": len(found.root),
-        "held_frames": found.held,
+        "length_unit": animated.unit,
+        "begins_s": float(animated.time_s[0]),
+        "fps": animated.fps,
+        "origin": animated.moved.tolist(),
+        "frames": len(animated.root),
+        "held_frames": animated.held,
     }
 
 

@@ -41,12 +41,12 @@ def markers(take: Take, frame: Frame) -> Markers:
     The pelvis is the origin, or moves along its path where that is known, over the floor, whose height is 0. InputError
     for a take without a scale or without a filtered skeleton.
     """
-    found = evenly(take, frame)
-    require_metres(found.unit)
-    if found.root is None:
-        return found
-    root = over_the_floor(take, found.root, frame)
-    return replace(found, joints=found.joints + root[:, None], root=root)
+    even = evenly(take, frame)
+    require_metres(even.unit)
+    if even.root is None:
+        return even
+    root = over_the_floor(take, even.root, frame)
+    return replace(even, joints=even.joints + root[:, None], root=root)
 
 
 def require_metres(unit: str) -> None:
@@ -123,8 +123,8 @@ def _at_even_times(points: np.ndarray, path: PoseSequence) -> tuple[np.ndarray, 
         each = [resample(points[:, i], time_s, even_s, seams) for i in range(points.shape[1])]
         behind = np.searchsorted(time_s, even_s).clip(1, len(time_s) - 1)
         apart_s = np.minimum(abs(even_s - time_s[behind - 1]), abs(even_s - time_s[behind]))
-        seen = (apart_s * fps < _APART)[:, None, None]
-        return np.where(seen, np.stack(each, axis=1), np.nan), even_s, fps
+        near = (apart_s * fps < _APART)[:, None, None]
+        return np.where(near, np.stack(each, axis=1), np.nan), even_s, fps
     even_s, rows = on_grid
     placed = np.full((len(even_s), *points.shape[1:]), np.nan)
     placed[rows] = points

@@ -50,22 +50,22 @@ _OF_PELVIS = ("trunk_lean_sagittal", "pelvis_obliquity")
 def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
     """markers.trc: metres, x forward, y up, z right; markers are named as our joints. Without any joint it is not
     written, and a warning says so. Raises as `markers` does."""
-    found = markers(take, OPENSIM)
-    if nothing := nothing_in(found.joints, path):
+    points = markers(take, OPENSIM)
+    if nothing := nothing_in(points.joints, path):
         return nothing
-    rows, count = found.joints.shape[:2]
-    rate = f"{found.fps:.6f}"
+    rows, count = points.joints.shape[:2]
+    rate = f"{points.fps:.6f}"
     labels = "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, count + 1))
     values = [rate, rate, rows, count, "m", rate, 1, rows]
     head = [
         f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
         "\t".join(map(str, values)),
-        "Frame#\tTime\t" + "\t\t\t".join(found.names) + "\t\t",
+        "Frame#\tTime\t" + "\t\t\t".join(points.names) + "\t\t",
         "\t\t" + labels,
         "",
     ]
-    body = np.column_stack([np.arange(1, rows + 1), found.time_s, found.joints.reshape(rows, -1)])
+    body = np.column_stack([np.arange(1, rows + 1), points.time_s, points.joints.reshape(rows, -1)])
     with whole_file(path) as partial:
         write_table(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
     return ()

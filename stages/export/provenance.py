@@ -19,8 +19,8 @@ def provenance(
     facts, rectified = facts_of(take), take.need("rectified")
     lines = {"pcnet3d": package_version(), "take": take.name}
     for entry in take.inputs:
-        told = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
-        lines[f"input {entry.get('role', '')}"] = listed(told)
+        named = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
+        lines[f"input {entry.get('role', '')}"] = listed(named)
     lines["axes"] = str(frame or rectified.level.frame)
     lines["length_unit"] = (frame or facts.poses.frame).unit
     if frame is None and rectified.level.root is not None:

@@ -114,7 +114,6 @@ def test_half_of_the_frames_is_enough(joints, camera, rectifier, lost):
     assert angle_deg(up_of(rectified), up_of(whole)) < 2
     assert angle_deg(up_of(rectified), camera.up) < rectified.up_error_deg[0]
     assert rectified.up_error_deg[0] > 0.85 * whole.up_error_deg[0]
-    assert any(text.startswith("120 of 240 frames") for text in warnings(take))
 
 
 @pytest.mark.parametrize("rectifier", RECTIFIERS)
@@ -271,7 +270,7 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert turned.notices[-1].code == "nobody-upright"
     assert nobody_upright(turned.rectified) == turned.notices[-1]
     assert not nobody_upright(upright.rectified)
-    said = turned.with_(findings=(notice("upside-down", share_percent=90),))
+    said = turned.with_(findings=(notice("upside-down", share_percent=90, what="turn the image before the run"),))
     assert not [text for text in warnings(Rectify("geometric")(said.with_(notices=()))) if "trunk" in text]
     told = Rectify("geometric")(
         turned.with_(camera=None, notices=(), told=Told(gravity=tuple(-Q @ camera.up)))

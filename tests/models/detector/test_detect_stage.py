@@ -64,7 +64,7 @@ def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tm
             return tuple(Found(xy, np.full(17, 0.9), box) for xy, box in zip(own, boxes, strict=True))
 
     monkeypatch.setattr(
-        "pcnet3d.stages.detect.load_detector", lambda *given: asked.extend(given[4:5]) or Walkers()
+        "pcnet3d.stages.detect.load_detector", lambda *given: asked.extend(given[3:4]) or Walkers()
     )
     options = RunOptions(video=walk_film.path, recipe=quick)
     runs = run_people(options, tmp_path / "out")
