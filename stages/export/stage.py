@@ -96,14 +96,17 @@ class Export:
 
 
 def write_poses(take: Take, path: Path) -> None:
-    """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
-    them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
-    `root` are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error
-    along these axes where it was estimated (stages/place.py), NaN where the source knew it. `feet` (T, 6, 3), named by
+    """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the joints `joint_names` (17,) in the source's
+    `unit`; the rotations `R_source_from_body` (T, 3, 3) and `R_source_from_level` (3, 3), or (T, 3, 3) of a moving
+    camera, where back and right in `level` are relative to it; how far to trust them, `error_deg`, `up_error_deg`,
+    `up_bound_deg` (T,), `up_votes` (T, 3); `time_s` and `frame_index` (T,).
+
+    `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` + `root`
+    are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error along
+    these axes where it was estimated (stages/place.py), NaN where the source knew it. `feet` (T, 6, 3), named by
     `feet_names`, are heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none.
-    For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it. `filtered`
-    (T, 17, 3) is what kinematics rest on, in the axes of `level`. Keypoints, where the take has some, have rows of
-    their own: `keypoints` (N, K, 2) pixels, `keypoints_confidence` (N, K), `keypoints_time_s` and
+    `filtered` (T, 17, 3) is what kinematics rest on, in the axes of `level`. Keypoints, where the take has some, have
+    rows of their own: `keypoints` (N, K, 2) pixels, `keypoints_confidence` (N, K), `keypoints_time_s` and
     `keypoints_frame_index` (N,), and `keypoints_names` (K,)."""
     poses = take.need("poses")
     rectified = take.need("rectified")

@@ -270,7 +270,9 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert turned.notices[-1].code == "nobody-upright"
     assert nobody_upright(turned.rectified) == turned.notices[-1]
     assert not nobody_upright(upright.rectified)
-    said = turned.with_(findings=(notice("upside-down", share_percent=90, what="turn the image before the run"),))
+    said = turned.with_(
+        findings=(notice("upside-down", share_percent=90, what="turn the image before the run"),)
+    )
     assert not [text for text in warnings(Rectify("geometric")(said.with_(notices=()))) if "trunk" in text]
     told = Rectify("geometric")(
         turned.with_(camera=None, notices=(), told=Told(gravity=tuple(-Q @ camera.up)))
