@@ -282,7 +282,7 @@ def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
         folder.mkdir()
     except (OSError, UnicodeError):
         pytest.skip("this system has no such names")
-    take = take.with_(measures=rows_of({"r_wrist": {"path_length": 1.5}}))
+    take = take.with_(measures=rows_of({"paths": {"r_wrist": {"path_length": 1.5}}}))
     assert all(file.stat().st_size for file in exported(take, folder, writer).iterdir())
 
 
@@ -293,9 +293,9 @@ def test_what_a_take_lacks_for_tables_is_said(take):
 
 
 def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
-    Export(tmp_path)(take.with_(measures=rows_of({"r_wrist": {"path_length": 1.5}})))
+    Export(tmp_path)(take.with_(measures=rows_of({"paths": {"r_wrist": {"path_length": 1.5}}})))
     summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["measures"] == {"r_wrist": {"path_length": 1.5}}
+    assert summary["measures"] == {"paths": {"r_wrist": {"path_length": 1.5}}}
     assert [step["name"] for step in summary["history"][-2:]] == ["low-pass filter", "smoother"]
     assert summary["history"][-2]["options"]["cutoff_hz"] == 6.0
     paths = ["r_wrist", "l_wrist", "r_ankle", "l_ankle"]
