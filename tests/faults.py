@@ -50,7 +50,7 @@ FAULTS = [
     Fault("pipeline/files/atomic.py", "if used.resolve().is_relative_to(path):", "if used.resolve() == path:",
           "pipeline/files/test_outputs.py"),
     Fault("pipeline/plugins/options.py", 'value.split(",")', 'value.split(";")', "pipeline/running/test_settings.py"),
-    Fault("pipeline/running/plan.py", 'recipe = recipe.starting_with("calibrate")', "pass",
+    Fault("pipeline/running/plan.py", '"calibrate": options.video is not None', '"calibrate": False',
           "pipeline/running/test_settings.py"),
     Fault("pipeline/running/recipe.py", "*self.stages))", "*self.stages[1:]))", "pipeline/running/test_settings.py"),
     Fault("pipeline/reading/together.py", "* rate + lag", "* rate - lag", "pipeline/inspect/test_inspect.py"),
