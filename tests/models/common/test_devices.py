@@ -176,7 +176,7 @@ def test_devices_are_listed(cuda, capsys):
 
 
 # mmfi and train compute with torch, whose --device is its own.
-WITHOUT = {"compare", "data", "inspect", "view", "list", "lab", "mocap", "mmfi", "train"}
+WITHOUT = {"compare", "data", "inspect", "view", "list", "lab", "mocap", "mmfi", "opensim", "train"}
 
 
 @pytest.mark.parametrize(
