@@ -1,7 +1,7 @@
 """The catalogue of figures: what each is called, in which unit, who it is for, what it is, and where its error comes
 from.
 
-Keys of files, labels of pages, sentences and the table of docs/movements.md are made from it. A figure that is not in
+Keys of files, labels of pages, sentences and the lists of docs/movements.md are made from it. A figure that is not in
 it cannot be made (measures.py).
 """
 

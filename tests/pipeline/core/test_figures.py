@@ -89,15 +89,15 @@ def test_a_group_answers_for_its_figures():
     assert [*measures.groups] == ["walking", "knee_bends"]
 
 
-def test_the_documents_tables_are_the_catalogue():
+def test_the_documents_lists_are_the_catalogue():
+    """Every key once, by where its error comes from; definitions of those that no page shows; every code."""
     lines = (Path(__file__).parents[3] / "docs/movements.md").read_text(encoding="utf-8").splitlines()
     derived = {f"{kind}_{name}" for name in MEANS for kind in ("mean", "sd")}
     derived |= {f"{name}_symmetry_index" for name in COMPARED}
-    rows = [
-        f"| `{figure.key}` | {figure.label} | {figure.definition} | {figure.error or '–'} |"
-        for name, figure in FIGURES.items()
-        if name not in derived
-    ]
-    assert [line for line in lines if line.startswith("| `") and line.count("|") == 5] == rows
-    for code, words in (*ERRORS.items(), *((f"`{code}`", words) for code, words in WITHHELD.items())):
-        assert not code or f"| {code} | {words} |" in lines
+    figures = [figure for name, figure in FIGURES.items() if name not in derived]
+    by_error = {code: [f"`{figure.key}`" for figure in figures if figure.error == code] for code in ERRORS}
+    listed = [f"- {words}: {', '.join(by_error[code]) or '`sd_...`'}" for code, words in ERRORS.items()]
+    listed += [f"- `{figure.key}`: {figure.definition}" for figure in figures if figure.audience == "files"]
+    listed += [f"- `{code}`: {reason}" for code, reason in WITHHELD.items()]
+    end = lines.index("## All figures")
+    assert [line for line in lines[end:] if line.startswith("- ")] == listed
