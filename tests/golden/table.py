@@ -8,11 +8,9 @@ from golden.catalogue import CATALOGUE, Golden
 from pcnet3d.pipeline.reading.testing import Facts, check_adapter
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
-COLUMNS = (
-    "adapter", "golden file", "x, y, z", "unit", "knows", "people",
-)  # fmt: skip
+COLUMNS = ("adapter", "golden file", "x, y, z; unit", "knows", "people")
 BEGIN, END = "<!-- table: written by the tests -->\n\n", "\n<!-- end of the table -->"
-PEOPLE = {"one": "one", "named": "several, named", "joined": "several, joined", "": ""}
+PEOPLE = {"one": "one", "named": "named", "joined": "joined", "": ""}
 
 
 def facts(golden: Golden, folder: Path) -> Facts:
@@ -29,8 +27,7 @@ def row(golden: Golden, found: Facts) -> list[str]:
     return [
         found.adapter,
         golden.form + told,
-        found.axes,
-        found.unit,
+        "; ".join(word for word in (found.axes, found.unit) if word),
         ", ".join(word for word, known in knows.items() if known),
         PEOPLE[found.people],
     ]
