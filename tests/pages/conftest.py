@@ -39,15 +39,6 @@ class Body:
     def __call__(self, image):
         return people(image)
 """,
-    "mmpose/apis.py": """
-from seen import people
-class MMPoseInferencer:
-    def __init__(self, pose2d):
-        assert pose2d == "human"
-    def __call__(self, image):
-        keypoints, scores = people(image)
-        yield dict(predictions=[[dict(keypoints=keypoints[0].tolist(), keypoint_scores=scores[0].tolist())]])
-""",
     "ultralytics.py": """
 from types import SimpleNamespace
 import numpy as np

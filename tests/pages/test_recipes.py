@@ -91,19 +91,3 @@ def test_the_change_of_students_sleepers_among_figures_that_did_not_change(recip
     assert (found["low"], found["high"]) == (pytest.approx(0.7001, abs=1e-4), pytest.approx(2.4599, abs=1e-4))
     assert found["p"] == pytest.approx(0.002833, abs=1e-6)
     assert table["differs"].to_dict() == {sleep: True, other: False}
-
-
-def test_the_mixed_model_of_shrout_and_fleiss(recipe):
-    """Of a complete table the estimates are those of the analysis of variance: the variance of the takes is the mean
-    square of the rest, 1.02, and of the subjects (11.24 - 1.02) / 4."""
-    visits = ("1", "2", "3", "4")
-    rows = rows_of(SHROUT_FLEISS, "walking.cadence_spm", visits)
-    done = recipe("slogdet", rows)
-    means = SHROUT_FLEISS.mean(axis=0)
-    assert done["table"]["effect"].tolist() == pytest.approx([means[0], *(means[1:] - means[0])])
-    rest = done["table"]["error"]["2"] ** 2 * 6 / 2
-    assert rest == pytest.approx(1.02, abs=0.005)
-    assert done["ratio"] * rest == pytest.approx((11.24 - 1.02) / 4, abs=0.01)
-    part = recipe("slogdet", rows[:-1])["table"]  # one take is missing: the others still count
-    assert part["effect"].tolist()[:3] == pytest.approx(done["table"]["effect"].tolist()[:3], abs=0.1)
-    assert part["error"]["4"] > done["table"]["error"]["4"]

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -122,13 +121,6 @@ def test_the_template_is_no_part_of_our_package(fresh):
     ).splitlines()  # fmt: skip
     assert any(file.startswith("pcnet3d/examples/demo") for file in files)
     assert not [file for file in files if "acme" in file or "plugin/" in file]
-
-
-@pytest.mark.parametrize("file", ["acme.py"])
-def test_the_page_shows_the_files_themselves(file):
-    page = (ROOT / "docs" / "python.md").read_text()
-    shown = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    assert (TEMPLATE / "src" / "pcnet3d_acme" / file).read_text() in shown
 
 
 @pytest.mark.parametrize(("file", "most"), [("acme.py", 40), ("cardboard.py", 60)])
