@@ -33,6 +33,7 @@ from pcnet3d.models.lab.evaluation.errors import as_json
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.errors import InputError
+from pcnet3d.pipeline.core.figures import label_of
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures.json"
@@ -248,6 +249,12 @@ def of_kinds(named: Sequence[str]) -> dict[str, list[str]]:
     }
 
 
+def in_words(statement: str) -> str:
+    """ "range of knee_flexion": the angle by its name on pages."""
+    *before, name = statement.split(" ")
+    return " ".join([*before, label_of(name) if "_" in name else name])
+
+
 def pages(figures: dict[str, Any], errors: Rows) -> dict[str, str]:
     """Every document that quotes figures, by its path, as it has to read."""
     kit = Environment(
@@ -255,6 +262,7 @@ def pages(figures: dict[str, Any], errors: Rows) -> dict[str, str]:
         keep_trailing_newline=True, autoescape=False,
     )  # fmt: skip
     kit.filters |= {f"d{digits}": f"{{:.{digits}f}}".format for digits in range(3)}
+    kit.filters["in_words"] = in_words
     kit.filters["percent"] = lambda share: f"{100 * share:.0f} %"
     kit.filters["short"] = lambda figure: f"{figure:.0f}" if figure >= 10 else f"{figure:.2g}"
     kit.filters["spread"] = lambda of, digits=0: " / ".join(
