@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -180,7 +180,7 @@ def clean(
     poses = poses.mapped(
         lambda points: np.where(strays[:, None, None], np.nan, points),
         covariance=poses.covariance,
-        root=None if poses.root is None else np.where(strays[:, None], np.nan, poses.root),
+        path=poses.path and replace(poses.path, points=np.where(strays[:, None], np.nan, poses.path.points)),
     )
     poses, inserted = _every_frame(poses, video_time_s)
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
@@ -192,13 +192,15 @@ def clean(
         return spikes, *_filled(without, poses.times, poses.seams, max_gap_s)
 
     spikes, filled, count = repaired(poses.joints)
-    root, root_covariance, jumps = poses.root, poses.root_covariance, 0
-    if root is not None:
-        leaps, path, more = repaired(root[:, None])
-        unknown = np.isnan(root).any(-1) | leaps[:, 0]
-        if root_covariance is not None:
-            root_covariance = np.where(unknown[:, None, None], np.nan, root_covariance)
-        root, jumps, count = path[:, 0], int(leaps.sum()), count + more
+    path, jumps = poses.path, 0
+    if path is not None:
+        leaps, points, more = repaired(path.points[:, None])
+        unknown = np.isnan(path.points).any(-1) | leaps[:, 0]
+        covariance = path.covariance
+        if covariance is not None:
+            covariance = np.where(unknown[:, None, None], np.nan, covariance)
+        path = replace(path, points=points[:, 0], covariance=covariance)
+        jumps, count = int(leaps.sum()), count + more
     feet = poses.feet
     if feet is not None:
         leaps, feet, more = repaired(feet)
@@ -217,8 +219,7 @@ def clean(
     }
     poses = poses.with_(
         joints=filled,
-        root=root,
-        root_covariance=root_covariance,
+        path=path,
         feet=feet,
         covariance=covariance,
         confidence=np.where(made, np.nan, poses.confidence),
@@ -233,40 +234,10 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
     if frames == len(poses):
         return poses, 0
     every = np.arange(index[0], index[-1] + 1)
-    rows = index - index[0]
-    joints, confidence, root, root_covariance, covariance, feet = (
-        None if values is None else _spread(values, rows, frames)
-        for values in (
-            poses.joints,
-            poses.confidence,
-            poses.root,
-            poses.root_covariance,
-            poses.covariance,
-            poses.feet,
-        )
-    )
     time_s = np.interp(every, index, times)
     if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
         time_s = video_time_s[every]
-    padded = poses.with_(
-        joints=joints,
-        confidence=confidence,
-        frame_index=every,
-        time_s=time_s,
-        root=root,
-        root_covariance=root_covariance,
-        covariance=covariance,
-        feet=feet,
-        seams=tuple(rows[list(poses.seams)]),
-    )
-    return padded, frames - len(poses)
-
-
-def _spread(values: np.ndarray, rows: np.ndarray, frames: int) -> np.ndarray:
-    """(frames, ...) the values in their rows, NaN in all others."""
-    result = np.full((frames, *values.shape[1:]), np.nan)
-    result[rows] = values
-    return result
+    return poses.on_frames(every, time_s), frames - len(poses)
 
 
 def _spikes(points: np.ndarray, furthest: float, time_s: np.ndarray, seams: tuple[int, ...]) -> np.ndarray:

@@ -17,7 +17,7 @@ from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import Detections, listed
+from ..pipeline.files.detections import Detections, listed, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
@@ -32,8 +32,9 @@ class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files, or detector a function
     (models.detector.function). joints: the layout of what a function finds, if its number does not tell. looks: how
     often each person in each image is looked at, 1 to 4; the mean is taken. By default 2, or 1 for a network that finds
-    people by itself. folder: where keypoints.npz goes. everybody: to be found, by YOLOX where no person_detector is
-    given.
+    people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so far, written every
+    minute. resume: the checkpoint of an interrupted run, to go on from. everybody: to be found, by YOLOX where no
+    person_detector is given.
 
     The keypoints are those of the person that the user names, else of the longest track (`choose_detected`)."""
 
@@ -42,6 +43,8 @@ class Detect:
     person_detector: str | None = None
     looks: int | None = None
     folder: Path | None = None
+    checkpoint: Path | None = None
+    resume: Path | None = None
     everybody: bool = False
 
     name: ClassVar[str] = "detect"
@@ -59,12 +62,15 @@ class Detect:
             self.everybody,
             self.joints,
         )
+        before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(video.path)} {package_version()}"
         if video.part is not None:
             source += f" from frame {video.part[0]}"
-        detections = detect(video, detector, source)
+        detections = detect(video, detector, source, before, self._keep)
         if not len(detections.person):
+            if detections.frames_seen < detections.frames:
+                raise KeyboardInterrupt
             frames = video.span[1] + 1 - video.span[0]
             raise InputError(
                 "nothing-usable",
@@ -92,6 +98,10 @@ class Detect:
             *alone, *_notices(detections, people, chosen, shown_size(video)), *doubts, *swapped
         )
 
+    def _keep(self, found: Detections) -> None:
+        if self.checkpoint is not None:
+            found.save(self.checkpoint)
+
 
 def _notices(
     detections: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
@@ -103,4 +113,6 @@ def _notices(
     if again:
         whose = {"again": listed([track.person for track in again]), "frames": sum(map(len, again))}
         notices.append(notice("lost-and-found", **whose, person=chosen.person))
+    if detections.frames_seen < detections.frames:
+        notices.append(notice("interrupted", frame=detections.frames_seen, frames=detections.frames))
     return notices

@@ -13,9 +13,9 @@ from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import scaled_covariance
 from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
+from ..pipeline.core.path import RootPath, moved_covariance
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
@@ -58,13 +58,12 @@ class Place:
         path = pelvis_path(poses, keypoints, camera)
         if path is None or not is_finite(path.root).any():
             return take.saying(_nowhere("too few joints were seen"))
-        growth, focal_sd = path.growth[:, None, None], round(path.focal_sd, 3)
+        focal_sd = round(path.focal_sd, 3)
+        growth = path.growth[:, None, None]
         placed = poses.mapped(
             lambda points: points / growth,
-            root=path.root,
-            root_covariance=path.covariance,
-            root_shared=(SCALE_SD, focal_sd),
-            covariance=scaled_covariance(poses.covariance, 1 / path.growth),
+            covariance=moved_covariance(poses.covariance, np.eye(3) / growth),
+            path=RootPath(path.root, path.covariance, (SCALE_SD, focal_sd)),
         ).noted(
             "place",
             focal_px=round(camera.focal_px, 1),

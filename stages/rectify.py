@@ -27,7 +27,7 @@ from ..models.gravity.moving import timed
 from ..models.rectifier.checked import Checked
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
+from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.core.layouts import H36M17, Layout
 from ..pipeline.core.notices import Notice, grave, notice, verdict, without_doubles
 from ..pipeline.core.pose import PoseSequence, Rectified
@@ -263,18 +263,8 @@ def _rectified(
     said = {name: value for name, value in said.items() if value is not None}
     camera: CameraMotion = "moving" if told.moving else "static"
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
-    root = root_covariance = None
-    if source.root is not None and R_source_from_level.ndim == 2:
-        root = rotate(transpose(R_source_from_level), source.root)
-        root_covariance = turned_covariance(source.root_covariance, transpose(R_source_from_level))
     return Rectified(
-        level=noted.mapped(
-            lambda points: rotate(transpose(R_source_from_level), points.astype(np.float64)),
-            frame=LEVEL.with_(unit=source.frame.unit),
-            root=root,
-            root_covariance=root_covariance,
-            covariance=turned_covariance(source.covariance, transpose(R_source_from_level)),
-        ),
+        level=noted.moved(transpose(R_source_from_level), frame=LEVEL.with_(unit=source.frame.unit)),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=levelled.error_deg,

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import numpy as np
+
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import scaled_covariance
 from ..pipeline.core.notices import notice
+from ..pipeline.core.path import moved_covariance
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told
 
@@ -61,10 +63,10 @@ def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:
 
 
 def _times(poses: PoseSequence, factor: float, stature_m: float) -> PoseSequence:
+    times = factor * np.eye(3)
     return poses.mapped(
         lambda points: points * factor,
-        root=None if poses.root is None else poses.root * factor,
-        root_covariance=scaled_covariance(poses.root_covariance, factor),
-        covariance=scaled_covariance(poses.covariance, factor),
+        path=poses.path and poses.path.moved(times),
+        covariance=moved_covariance(poses.covariance, times),
         frame=poses.frame.with_(unit="m"),
     ).noted("scale", stature_m=stature_m, factor=factor)

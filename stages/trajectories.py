@@ -18,7 +18,7 @@ is known, and hold even where a take could not be levelled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -90,8 +90,10 @@ class Trajectories:
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
             motion = motions.pop(joint, None)
             columns |= in_single(trajectory(path if motion is None else level, joint, motion))
-        if path.root_sd is not None:  # the body's size and the focal length included
-            columns |= in_single({f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")})
+        if (
+            path.path is not None and (sd := path.path.sd) is not None
+        ):  # body's size and focal length included
+            columns |= in_single({f"root_{axis}_sd": sd[:, i] for i, axis in enumerate("xyz")})
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
         smoothed = known_error and len(level) > 1  # a single frame has no path
         if smoothed and level.covariance is None:
@@ -179,11 +181,11 @@ def smooth(
         return lowpass(path, times, cutoff, seams)
 
     result = each_path(smoothed, joints)
-    root = None if level.root is None else smoothed(level.root)
+    path = level.path and replace(level.path, points=smoothed(level.path.points))
     feet = None if level.feet is None else each_path(smoothed, level.feet)
     lost = int((is_finite(joints) & ~is_finite(result)).sum())
-    path = level.with_(joints=result, root=root, feet=feet)
-    noted = path.noted("low-pass filter", filter=filter, cutoff_hz=cutoff, values_lost=lost)
+    filtered = level.with_(joints=result, path=path, feet=feet)
+    noted = filtered.noted("low-pass filter", filter=filter, cutoff_hz=cutoff, values_lost=lost)
     return noted, Lowpass(cutoff, values_lost=lost)
 
 

@@ -68,7 +68,7 @@ def side_camera(walk: Walk) -> Camera:
 def camera_poses(walk: Walk, camera: Camera) -> PoseSequence:
     """The true skeleton in CAMERA, metres, relative to the pelvis, whose place is left out, as a lifter leaves it."""
     seen = change_frame(walk.poses, CAMERA, camera.R_camera_from_world)
-    return seen.with_(root=None, made_by=MadeBy("estimated", "the example itself"))
+    return seen.with_(path=None, made_by=MadeBy("estimated", "the example itself"))
 
 
 def R_camera_from_body(walk: Walk, camera: Camera) -> np.ndarray:

@@ -1,9 +1,10 @@
-"""A detector over a whole video: people followed under their names, cuts and repeated images noticed."""
+"""A detector over a whole video: people followed under their names, cuts and repeated images noticed, stopped and taken
+up again."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from ...pipeline.core.take import Video
 from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.reading.tracker import MEMORY, Sighting, Tracker
+from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..common.function import FunctionError
@@ -24,6 +26,7 @@ from .scene_cuts import Glance
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
 _LAST = 10  # images that show how far the film leaps without a cut: a recording that stalls does so again and again
+_AGAIN = 30  # images before an interruption that are seen again at a time
 
 
 class _Rows:
@@ -143,6 +146,39 @@ class Search:
             source=source,
         )
 
+    @property
+    def people(self) -> bool:
+        """Whether anybody was found."""
+        return len(self._rows) > 0
+
+    def take_up(self, resume: Detections, last: Glance | None) -> None:
+        """Know what is known, and be in the state of after the last frame that was looked at. last: what the next image
+        is compared with."""
+        scene = int(resume.cuts.max(initial=0))
+        before = []
+        columns = (
+            resume.frame_index,
+            resume.time_s,
+            resume.person,
+            resume.joints,
+            resume.confidence,
+            resume.box,
+        )
+        for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
+            found = Found(xy, score, box)
+            self._rows.add(frame, time_s, person, found)
+            self._tracker.knows(int(person), _sighting(int(frame), found))
+            if frame < scene:
+                self._tracker.cut()
+            if frame == resume.frames_seen - 1:
+                before.append(found)
+        self._before = before
+        self._glance = last
+        self._change = array("f", resume.change.tolist())
+        self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
+        self.seen = resume.frames_seen
+        self._last = int(resume.frame_index.max(initial=max(scene, self._last)))
+
 
 def _sighting(frame: int, sighted: Found) -> Sighting:
     return Sighting(
@@ -150,26 +186,71 @@ def _sighting(frame: int, sighted: Found) -> Sighting:
     )  # who is all unsure is somewhere too
 
 
-def detect(video: Video, detector: Detector, source: str = "") -> Detections:
-    """Everybody in the video's span. source: what these rest on.
+def detect(
+    video: Video,
+    detector: Detector,
+    source: str = "",
+    resume: Detections | None = None,
+    keep: Callable[[Detections], None] = lambda found: None,
+) -> Detections:
+    """Everybody in the video's span. source: what a later run compares before it goes on with these. keep: called with
+    what was found so far, about every minute and at the end, once there is anybody.
 
-    Repeated images are left out, and who is exchanged with somebody else, or goes on behind a leap of the image, is
-    told apart. Memory grows by what was found alone. InputError when the video cannot be decoded, or not one image of
-    it.
+    Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was
+    kept, to go on from; the result is the same as in one go. In the answer alone repeated images are left out, and who
+    is exchanged with somebody else, or goes on behind a leap of the image, is told apart. Memory grows by what was
+    found alone. InputError when the video cannot be decoded, or not one image of it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
-    search = Search(detector, first, max(int(_UNSEEN_S * video.fps), 1) if total > 1 else 1)
-    with counted("detect", total - first) as count:
-        for number, image in images_ahead(video, first, total - 1, search.damaged):
+    every = max(int(_UNSEEN_S * video.fps), 1) if total > 1 else 1
+    search = Search(detector, first, every)
+    if resume is not None:
+        if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
+            raise InputError(
+                "files-apart",
+                f"What was detected before is of another video, detector or version ({resume.method} on "
+                f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave --resume out to start "
+                "again.",
+            )
+        search.take_up(resume, _glance_before(video, first, resume.frames_seen))
+    seen = total
+
+    def keep_now() -> None:
+        if search.people:
+            keep(search.detections(total, search.seen, source))
+
+    kept = Keeper(keep_now)
+    with interruptible() as asked, counted("detect", total - first) as count:
+        for number, image in images_ahead(video, search.seen, total - 1, search.damaged):
             search.look(number, float(video.time_s[number]), image)
             count(search.seen - first)
+            if asked():
+                seen = search.seen
+                break
+            kept()
     if search.seen == first:
         raise InputError(
             "file-damaged",
             f"Expected images in {video.path}, but not one of its {how_many(total - first, 'frame')} can be decoded; "
             "rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
-    return _told_apart(without_repeats(search.detections(total, total, source)))
+    found = search.detections(total, seen, source)
+    if search.people:
+        keep(found)
+    return _told_apart(without_repeats(found))
+
+
+def _glance_before(video: Video, first: int, number: int) -> Glance | None:
+    """What an image of that number is compared with, which no file keeps: the last image before it that shows anything,
+    however long it has been dark, else the first of all."""
+    found = None
+    while number > first:
+        start = max(first, number - _AGAIN)
+        for found in reversed([Glance.at(image) for _, image in images_ahead(video, start, number - 1, [])]):
+            if found.shows:
+                return found
+        number = start
+    return found
 
 
 def _told_apart(detections: Detections) -> Detections:

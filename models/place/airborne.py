@@ -11,6 +11,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
@@ -68,7 +69,7 @@ def airborne(take: Take) -> Airborne:
     if height is None:
         return Airborne()
     root = np.column_stack([level.root[:, :2], height])
-    level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
+    level = level.with_(joints=bridged(level.joints, level.times), path=RootPath(root))
     flown = _airborne(level, LIFTED, _stature_m(level))
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
     return replace(flown, lifted=True, judged=judged, shake=_shake(take, take.camera, poses))

@@ -106,6 +106,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Person {again} may be {person} again; {frames:~frame} under that number are left out."),
     "hardly-a-person": ("warning", "view",
         "Person {person} may not be a person: {reason}. Look at the key frames."),
+    "interrupted": ("warning", "files",
+        "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera
     "camera-moves": ("note", "camera",
         "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it neither "

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .blocks import blocks
 from .errors import InputError
-from .rotations import rotate
+from .path import RootPath
 
 if TYPE_CHECKING:
     from .pose import PoseSequence
@@ -130,8 +129,8 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
 
     Inside a family the axes follow from the frames' words. Between families `R_to_from_source`, (3, 3) or
     (T, 3, 3), must be given. Units convert among lengths; the origin changes only to "pelvis", by
-    subtracting the pelvis, which becomes the poses' `root` where the source truly knows its place. A rotation of
-    each frame's own leaves no root. Raises InputError, naming both frames, for anything else.
+    subtracting the pelvis, which becomes the poses' `path` where the source truly knows its place. A rotation of
+    each frame's own leaves no path. Raises InputError, naming both frames, for anything else.
     """
     source = poses.frame
     if source == to and R_to_from_source is None:
@@ -164,51 +163,14 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
             "wrong-axes",
             f"Points in {source} cannot become {to}: the offset between their origins is not known.",
         )
-    root = poses.root if source.origin == to.origin else _place(poses)
-    if root is not None:
-        root = rotate(matrix, root) * factor if matrix.ndim == 2 else None
-    pelvis = poses.joint("pelvis") if source.origin != to.origin else None
-
-    def turned(points: np.ndarray) -> np.ndarray:
-        moved = np.empty(points.shape, np.float32)
-        for rows in blocks(len(points)):
-            some = points[rows].astype(np.float64)
-            if pelvis is not None:
-                some -= pelvis[rows, None]
-            moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], some) * factor
-        moved.setflags(write=False)
-        return moved
-
-    return poses.mapped(
-        turned,
-        frame=to,
-        root=root,
-        root_covariance=None if root is None else turned_covariance(poses.root_covariance, matrix, factor),
-        covariance=turned_covariance(poses.covariance, matrix, factor),
-    ).noted("change_frame", source=source.name, to=to.name)
+    if source.origin != to.origin:
+        path, pelvis = _place(poses), poses.joint("pelvis").astype(np.float64)[:, None]
+        poses = poses.mapped(lambda points: points - pelvis, covariance=poses.covariance, path=path)
+    return poses.moved(matrix * factor, frame=to).noted("change_frame", source=source.name, to=to.name)
 
 
-def turned_covariance(covariance: np.ndarray | None, R: np.ndarray, factor: float = 1.0) -> np.ndarray | None:
-    """R C R^T factor^2 of covariances C (T, D, D) or (T, J, D, D), for R (D, D) or (T, D, D), one a frame, in their own
-    precision; None stays None."""
-    if covariance is None:
-        return None
-    R = np.asarray(R, dtype=covariance.dtype)
-    R = R[:, None] if R.ndim == 3 and covariance.ndim == 4 else R
-    return scaled_covariance(R @ covariance @ np.swapaxes(R, -1, -2), factor)
-
-
-def scaled_covariance(covariance: np.ndarray | None, factor: float | np.ndarray) -> np.ndarray | None:
-    """Covariances (T, ..., D, D) of points times a factor, or one a frame (T,); in their own precision, None stays
-    None."""
-    if covariance is None:
-        return None
-    square = np.asarray(factor, dtype=covariance.dtype) ** 2
-    return covariance * square.reshape(square.shape + (1,) * (covariance.ndim - 1) * square.ndim)
-
-
-def _place(poses: PoseSequence) -> np.ndarray | None:
-    """(T, D) the pelvis from the frame's origin, or None when that says nothing: the origin is no fixed place, the
+def _place(poses: PoseSequence) -> RootPath | None:
+    """The pelvis from the frame's origin, or None when that says nothing: the origin is no fixed place, the
     pelvis never moves, or is not ahead of the camera, where without a scale nobody can tell how far it is."""
     frame = poses.frame
     if frame.origin not in ("camera", "world"):
@@ -219,5 +181,5 @@ def _place(poses: PoseSequence) -> np.ndarray | None:
         return None
     if frame.origin == "camera":
         ahead = np.median(seen @ frame.basis[:, 2]) * METRES.get(frame.unit, 0.0)
-        return place if ahead > _NEAREST_M else None
-    return place
+        return RootPath(place) if ahead > _NEAREST_M else None
+    return RootPath(place)

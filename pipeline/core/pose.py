@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from .blocks import blocks
 from .errors import InputError
 from .frames import BODY, CAMERA, LEVEL, Frame, require
 from .layouts import FEET, Layout
 from .messages import bound_in_words, how_many, in_one_line, rate_in_words
 from .notices import Notice
+from .path import RootPath, check_shape, moved_covariance, owned
 from .rotations import rotate, transpose
 
 
@@ -55,6 +57,27 @@ class MadeBy:
 UNSAID = MadeBy()
 
 
+class PerFrame(NamedTuple):
+    """A field of PoseSequence with a row a frame. trailing: the shape of a row, in letters: J joints, F points of the
+    feet, D coordinates. finite: infinite values are refused. gaps: a frame without data has NaN there."""
+
+    dtype: type
+    trailing: str = ""
+    finite: bool = False
+    gaps: bool = True
+
+
+# Checks, rows, frames that are put in, and whatever else takes a sequence apart go by this and the path.
+PER_FRAME = {
+    "joints": PerFrame(np.float32, "JD"),  # finite, which is checked in words of its own
+    "confidence": PerFrame(np.float32, "J"),
+    "time_s": PerFrame(np.float64, gaps=False),
+    "frame_index": PerFrame(np.int64, gaps=False),
+    "covariance": PerFrame(np.float32, "JDD"),
+    "feet": PerFrame(np.float32, "FD", finite=True),
+}
+
+
 @dataclass(frozen=True, eq=False)
 class PoseSequence:
     """One person's joints over time.
@@ -72,12 +95,7 @@ class PoseSequence:
     derived: names of joints that were made out of others and carry no information of their own.
     history: what was done so far, oldest first.
     notices: what makes the poses doubtful, as the adapter or the lifter says.
-    root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
-        not move (the camera, the world's origin); NaN where missing, None when its place is not known.
-    root_covariance: (T, D, D) float64 of the error of a root that was estimated (stages.place), NaN where it is
-        missing; None where the source itself knows the place.
-    root_shared: the part of an estimated root's error that all frames share: standard deviations of the body's size and
-        of the focal length, as shares of them; None where the source knows the place.
+    path: where the pelvis is, and how well that is known; None when its place is not known.
     covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it for
         a frame; for a take's filtered joints that of the whole error (models/angle_error/joint_covariance.py). NaN
         where missing, None if it is not known.
@@ -101,9 +119,7 @@ class PoseSequence:
     seams: tuple[int, ...] = ()
     person: str = "0"
     history: tuple[Step, ...] = ()
-    root: np.ndarray | None = None
-    root_covariance: np.ndarray | None = None
-    root_shared: tuple[float, float] | None = None
+    path: RootPath | None = None
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
@@ -114,13 +130,17 @@ class PoseSequence:
     detected_in: str = ""
 
     def __post_init__(self) -> None:
-        joints = _owned(self.joints, np.float32)
-        expected = (
-            f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
-        )
-        if joints.ndim != 3 or joints.shape[1:] != (len(self.layout), self.frame.dims):
+        arrays = {
+            name: owned(values, of.dtype)
+            for name, of in PER_FRAME.items()
+            if (values := getattr(self, name)) is not None
+        }
+        joints, dims = arrays["joints"], self.frame.dims
+        expected = f"(frames, {len(self.layout)}, {dims}) for {self.layout.name} in {self.frame.name}"
+        if joints.ndim != 3 or joints.shape[1:] != (len(self.layout), dims):
             raise InputError("wrong-content", f"Expected joints of shape {expected}, got {joints.shape}.")
-        if len(joints) == 0:
+        rows = len(joints)
+        if rows == 0:
             raise InputError("nothing-usable", f"Expected joints of shape {expected}, got no frames at all.")
         if np.isinf(joints).any():
             row, joint, _ = np.argwhere(np.isinf(joints))[0]
@@ -129,51 +149,28 @@ class PoseSequence:
                 f"Expected finite coordinates or NaN, got an infinite one at row {row}, joint "
                 f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run.",
             )
-        rows = len(joints)
-        unknown = self.confidence is None
-        confidence = np.full(joints.shape[:2], np.nan, np.float32) if unknown else self.confidence
-        confidence = _owned(confidence, np.float32)
-        if confidence.shape != joints.shape[:2]:
-            raise InputError(
-                "wrong-content", f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}."
-            )
+        if "frame_index" not in arrays:
+            arrays["frame_index"] = np.arange(rows)
+            object.__setattr__(self, "frames_known", False)
+        confidence = arrays.setdefault("confidence", np.full(joints.shape[:2], np.nan, np.float32))
+        sizes = {"J": len(self.layout), "F": len(FEET), "D": dims}
+        for name, array in arrays.items():
+            of = PER_FRAME[name]
+            check_shape(name, array, (rows, *(sizes[letter] for letter in of.trailing)), of.finite)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
             raise InputError(
                 "wrong-content",
                 "Expected confidences between 0 and 1 or NaN; map the source's scores into that range.",
             )
-        if self.frame_index is None:
-            object.__setattr__(self, "frames_known", False)
-        index = _owned(np.arange(rows) if self.frame_index is None else self.frame_index, np.int64)
-        _increasing("frame_index", index, rows)
-        arrays = {"joints": joints, "confidence": confidence, "frame_index": index}
-        if self.time_s is not None:
-            arrays["time_s"] = _owned(self.time_s, np.float64)
-            _increasing("time_s", arrays["time_s"], rows)
-        dims = self.frame.dims
-        wanted = {  # type, shape, and whether infinite values are refused
-            "root": (np.float64, (rows, dims), True),
-            "root_covariance": (np.float64, (rows, dims, dims), False),
-            "covariance": (np.float32, (*joints.shape, dims), False),
-            "feet": (np.float32, (rows, len(FEET), dims), True),
-        }
-        for name, (kind, shape, finite) in wanted.items():
-            if getattr(self, name) is None:
-                continue
-            arrays[name] = array = _owned(getattr(self, name), kind)
-            if array.shape != shape or (finite and np.isinf(array).any()):
-                raise InputError(
-                    "wrong-content",
-                    f"Expected {name} of shape {shape}{', finite or NaN' if finite else ''}, got {array.shape}.",
-                )
-        if self.root_covariance is not None and self.root is None:
-            raise InputError("wrong-content", "Expected a root beside root_covariance, got none.")
+        for name in ("frame_index", "time_s"):
+            _check_increase(name, arrays.get(name))
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError("wrong-content", f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
-        for name, array in arrays.items():
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
         object.__setattr__(self, "seams", tuple(int(seam) for seam in self.seams))
+        if self.path is not None:
+            object.__setattr__(self, "path", self.path.owned(rows, dims))
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -204,21 +201,20 @@ class PoseSequence:
         return self.frame.family == "camera" and self.made_by.kind != "measured"
 
     @property
+    def root(self) -> np.ndarray | None:
+        """(T, D) the points of its path."""
+        return None if self.path is None else self.path.points
+
+    @property
     def own_root(self) -> np.ndarray | None:
         """(T, D) the root where the source itself says the place, measured or by an estimator that states no error;
         None for one that a run has estimated out of keypoints, which is too uncertain for evidence on up."""
-        return self.root if self.root_covariance is None else None
+        return None if self.path is None or self.path.covariance is not None else self.path.points
 
     @property
     def measured_root(self) -> np.ndarray | None:
         """(T, D) that root where no estimator made it, as far as is known: its errors are small. None for others."""
         return None if self.made_by.kind == "estimated" else self.own_root
-
-    @property
-    def root_sd(self) -> np.ndarray | None:
-        """(T, D) standard deviation of an estimated root's error along each axis; None where there is no such error."""
-        covariance = self.root_covariance
-        return None if covariance is None else np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
     @property
     def fps(self) -> float:
@@ -244,12 +240,28 @@ class PoseSequence:
 
     def rows(self, start: int, stop: int) -> PoseSequence:
         """A copy of rows `start` to `stop`, without the last, as of a list. InputError where there are none."""
-        arrays = {
-            name: None if (values := getattr(self, name)) is None else values[start:stop]
-            for name in _ROW_ARRAYS
-        }
         seams = tuple(seam - start for seam in self.seams if start < seam < stop)
-        return replace(self, **arrays, seams=seams)
+        return replace(self, **self._each(PER_FRAME, lambda values: values[start:stop]), seams=seams)
+
+    def on_frames(self, frame_index: np.ndarray, time_s: np.ndarray) -> PoseSequence:
+        """A copy with a row for each of these frames (N,), which increase and are all of its own and others, at these
+        seconds (N,); what a frame without data has is NaN."""
+        rows = np.searchsorted(frame_index, self.frame_index)
+
+        def spread(values: np.ndarray) -> np.ndarray:
+            result = np.full((len(frame_index), *values.shape[1:]), np.nan, values.dtype)
+            result[rows] = values
+            return result
+
+        fields = self._each([name for name, of in PER_FRAME.items() if of.gaps], spread)
+        seams = tuple(rows[list(self.seams)])
+        return replace(self, **fields, frame_index=frame_index, time_s=time_s, seams=seams)
+
+    def _each(self, names: Iterable[str], function: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
+        """The function's answer for each of these fields of PER_FRAME and for the path, where the sequence has them."""
+        held = {name: getattr(self, name) for name in names}
+        answers = {name: function(values) for name, values in held.items() if values is not None}
+        return answers if self.path is None else {**answers, "path": self.path.each(function)}
 
     def with_(self, **changes: Any) -> PoseSequence:
         """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance and no feet unless
@@ -263,6 +275,25 @@ class PoseSequence:
         of `with_`."""
         feet = None if self.feet is None else function(self.feet)
         return self.with_(**{"joints": function(self.joints), "feet": feet, **changes})
+
+    def moved(self, A: np.ndarray, **changes: Any) -> PoseSequence:
+        """A copy of all points x as A x, A (D, D) or, one a frame, (T, D, D), in A's precision: joints, feet, and the
+        errors of both; the path too, but that of turns of each frame's own, which leave none. With other changes as
+        those of `with_`."""
+        A = np.asarray(A)
+        precision = np.result_type(A, np.float32)
+
+        def linear(points: np.ndarray) -> np.ndarray:
+            result = np.empty(points.shape, np.float32)
+            for rows in blocks(len(points)):
+                result[rows] = rotate(A if A.ndim == 2 else A[rows], points[rows].astype(precision))
+            result.setflags(write=False)
+            return result
+
+        path = self.path.moved(A) if self.path is not None and A.ndim == 2 else None
+        return self.mapped(
+            linear, **{"path": path, "covariance": moved_covariance(self.covariance, A), **changes}
+        )
 
     def without(self, hidden: np.ndarray, **changes: Any) -> PoseSequence:
         """A copy in which these joints (T, J) are missing, with a confidence of 0; with other changes as those of
@@ -290,23 +321,9 @@ class PoseSequence:
         return replace(self, notices=(*self.notices, *notices))
 
 
-_ROW_ARRAYS = (
-    "joints", "confidence", "time_s", "frame_index", "root", "root_covariance", "covariance", "feet"
-)  # fmt: skip
-
-
-def _owned(values: Any, dtype: type) -> np.ndarray:
-    """The values as an array that nobody else can change: itself if it is so already, else a copy."""
-    array = np.asarray(values, dtype=dtype)
-    shared = array is values or array.base is not None
-    if not shared or (array.base is None and not array.flags.writeable):
-        return array
-    return array.copy()
-
-
-def _increasing(name: str, values: np.ndarray, rows: int) -> None:
-    if values.shape != (rows,):
-        raise InputError("wrong-content", f"Expected {name} of shape ({rows},), got {values.shape}.")
+def _check_increase(name: str, values: np.ndarray | None) -> None:
+    if values is None:
+        return
     if not (math.isfinite(values[0]) and math.isfinite(values[-1]) and (values[1:] > values[:-1]).all()):
         raise InputError("times-broken", f"Expected {name} to increase from row to row; it does not.")
 
@@ -394,11 +411,8 @@ class Rectified:
         """In BODY, every frame turned upright and facing -X; made when it is asked for, for a long take would hold it
         beside `level`."""
         R_body_from_level = (transpose(self.R_source_from_body) @ self.R_source_from_level).astype(np.float32)
-        return self.level.mapped(
-            lambda points: rotate(R_body_from_level, points),
-            frame=BODY.with_(unit=self.level.frame.unit),
-            root=None,
-            root_covariance=None,
+        return self.level.moved(
+            R_body_from_level, frame=BODY.with_(unit=self.level.frame.unit), covariance=None
         )
 
     @property

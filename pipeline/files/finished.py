@@ -15,6 +15,7 @@ from ..core.errors import InputError
 from ..core.frames import IMAGE, LEVEL, Frame
 from ..core.layouts import H36M17, Layout
 from ..core.notices import Notice, grave
+from ..core.path import RootPath
 from ..core.pose import MadeBy, PoseSequence, Rectified, Step
 from ..core.take import AngleErrors, CameraMotion, Session, Take, Told
 from .arrays import load_all
@@ -45,7 +46,7 @@ class _Poses(_Sequence):
     """steps: of the take's history, so many are of the poses."""
 
     frame: Frame
-    root_shared: tuple[float, float] | None
+    root_shared: tuple[float, float] | None  # of the path of `level`
     steps: int
 
 
@@ -197,22 +198,22 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
         time_s=arrays["time_s"],
         frame_index=arrays["frame_index"],
         history=tuple(step for step in summary.history if step.name != "rectify")[: of.steps],
-        root_shared=of.root_shared,
         **of.fields(),
     )
 
 
 def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequence) -> Rectified:
     of, unit = summary.rectification, poses.frame.unit
-    sd = _where_known(arrays["root_sd"])
+    root, sd = _where_known(arrays["root"]), _where_known(arrays["root_sd"])
+    covariance = None if sd is None else sd[:, None] ** 2 * np.eye(3)
+    path = None if root is None else RootPath(root, covariance, summary.poses.root_shared)
     upright = poses.with_(history=summary.history[: of.steps])
     sources = of.up_by_source.items()
     return Rectified(
         level=upright.with_(
             joints=arrays["level"],
             frame=LEVEL.with_(unit=unit),
-            root=_where_known(arrays["root"]),
-            root_covariance=None if sd is None else sd[:, None] ** 2 * np.eye(3),
+            path=path,
             feet=_where_known(arrays["feet"]),
         ),
         method=of.method,
@@ -240,7 +241,7 @@ def _up(pitch_deg: float, roll_deg: float, frame: Frame) -> np.ndarray:
 def _filtered(summary: _Summary, arrays: dict[str, np.ndarray], level: PoseSequence) -> PoseSequence | None:
     if "filtered" not in arrays:
         return None
-    return level.with_(joints=arrays["filtered"], root=None, root_covariance=None, history=summary.history)
+    return level.with_(joints=arrays["filtered"], path=None, history=summary.history)
 
 
 def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:

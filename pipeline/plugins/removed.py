@@ -44,9 +44,8 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "calibrate": "pcnet3d inspect FILE shows pitch, roll and focal length of a video or an image",
         **{
             name: f"it is `pcnet3d lab {name}` now"
-            for name in ("evaluate", "mmfi", "mocap", "testbed", "train")
+            for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
         },
-        "bench": "measure the CPU time of `pcnet3d run` with your system's own tool",
     },
     "flags": {
         "batch --outside": "leave it out; paths of a manifest may lead anywhere",
@@ -87,6 +86,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "ddhpose_3dhp": _ARRAY,
         "display": "give the poses as the lifter gave them, before they were turned for display",
         "mpi3dhp": _ARRAY,
+        "rtmw3d": "leave it out; adapter mmpose3d reads RTMW3D's results",
         "openpose3d": "leave it out; adapter json3d reads OpenPose's 3D results",
         "totalcapture": "give the BVH file of the data set",
         "totalcapture_imu": "write each sensor as a table of the columns that docs/visits.md names",

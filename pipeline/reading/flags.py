@@ -19,6 +19,7 @@ def _output(text: str, *names: str) -> Any:
 
 Output = Annotated[Path, _output("Folder for the results.", "-o", "--output")]
 Force = Annotated[bool, _output("Overwrite the output folder even if pcnet3d did not create it.", "--force")]
+Resume = Annotated[bool, _output("Continue an interrupted detection in this output folder.", "--resume")]
 Strict = Annotated[
     bool,
     _output(

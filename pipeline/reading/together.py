@@ -111,7 +111,7 @@ class _Compared:
         times = self.frames if keypoints.time_s is None else keypoints.time_s
         every = poses.rows(0, 1).with_(  # a pose in each row of the keypoints, for their rays
             joints=np.zeros((len(keypoints), len(H36M17), 3), np.float32), time_s=times,
-            frame_index=keypoints.frame_index, confidence=None, root=None, covariance=None, feet=None, seams=(),
+            frame_index=keypoints.frame_index, confidence=None, path=None, seams=(),
         )  # fmt: skip
         rays, trust = keypoint_rays(every, keypoints, camera)
         self.rays, self.trust = rays[:, use].astype(np.float64), trust[:, use]

@@ -4,8 +4,27 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+_KEEP_S = 60.0
+_KEEP_RARELY = 20  # times as long as the last writing took
+
+
+class Keeper:
+    """Calls `keep` about every minute of those in which it is called itself, and rarely enough that writing hours of
+    work, which takes seconds, is a small part of the time."""
+
+    def __init__(self, keep: Callable[[], None]) -> None:
+        self._keep, self._at = keep, time.monotonic() + _KEEP_S
+
+    def __call__(self) -> None:
+        start = time.monotonic()
+        if start >= self._at:
+            self._keep()
+            now = time.monotonic()
+            self._at = now + max(_KEEP_S, _KEEP_RARELY * (now - start))
 
 
 @contextmanager

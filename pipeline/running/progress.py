@@ -6,8 +6,10 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Protocol, TypeVar
 
+from ..core.errors import InputError
 from ..core.messages import debug, is_quiet, is_verbose, on_terminal, say
 
 _SECONDS_A_LINE = 20.0
@@ -94,3 +96,22 @@ def _lines(what: str, total: int | None) -> Done:
         say(what, line + more)
 
     return done
+
+
+@contextmanager
+def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
+    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint:
+    where a run keeps what it has detected, None if it detects nothing."""
+    if checkpoint is not None and checkpoint.is_file() and not resumed:
+        words = (
+            f"an interrupted run left its work in {checkpoint}, which this run replaces after about a minute; "
+            "--resume continues from there"
+        )
+        say("note", words)
+    try:
+        yield
+    except BaseException as error:
+        if checkpoint is not None and checkpoint.is_file():
+            the = "put right what is named below, and the" if isinstance(error, InputError) else "the same"
+            say("note", f"finished work is kept; {the} command with --resume continues from there")
+        raise

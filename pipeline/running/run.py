@@ -35,12 +35,22 @@ _AIMED = ("detect", *WRITERS)  # stages that are told where the run's folder is
 
 
 NOTHING = Given()
+_LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves in its folder
+
+
+def checkpoint_of(output: Path) -> Path:
+    """Where a run into that folder keeps what it has detected until it is complete; the file stays when the run fails
+    or is killed."""
+    output = output.resolve()  # "/" has no name, and `whole_folder` refuses it
+    return output.parent / f".{output.name}.{KEYPOINTS}"
 
 
 class How(TypedDict, total=False):
-    """How a run goes. force: overwrite a folder of somebody else's. given: poses and keypoints that are no files. done:
-    called with "read" and then each stage's name, and its seconds."""
+    """How a run goes. resume: go on with the detection that was interrupted in that folder. force:
+    overwrite a folder of somebody else's. given: poses and keypoints that are no files. done: called with "read" and
+    then each stage's name, and its seconds."""
 
+    resume: bool
     force: bool
     given: Given
     done: Callable[[str, float], None]
@@ -89,7 +99,9 @@ def _run(
 ) -> tuple[PersonRun, ...]:
     """everybody: else the one person whom the options name, whose files are in `output` itself."""
     recipe = _checked(recipe)
-    recipe = recipe.with_options("detect", everybody=everybody)
+    recipe = _resumed(recipe, output) if how.get("resume") else recipe
+    kept = checkpoint_of(output)
+    recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
     done = how.get("done", lambda stage, seconds: None)
     with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
         if everybody and recipe.has("detect"):
@@ -100,7 +112,9 @@ def _run(
             people = _people(options) if everybody else [Person("", 0, open_take(options, given))]
             done("read", time.perf_counter() - start)
             give_memory_back()
-            return _processed(people, folder, recipe, placement, done, everybody)
+            runs = _processed(people, folder, recipe, placement, done, everybody)
+    kept.unlink(missing_ok=True)
+    return runs
 
 
 def _detected(
@@ -109,7 +123,9 @@ def _detected(
     """The options of a run of everybody whom the recipe's stage `detect` finds in the video, with the file of keypoints
     that it writes into the folder."""
     with computing_on(options.device):
-        recipe.only("detect").with_options("detect", folder=folder).build()(open_take(options), done)
+        take = recipe.only("detect").with_options("detect", folder=folder).build()(open_take(options), done)
+    if any(each.code == "interrupted" for each in take.notices):
+        raise KeyboardInterrupt
     return options.with_(keypoints=folder / KEYPOINTS)
 
 
@@ -181,7 +197,7 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     name, such as networks and cameras."""
     own = (options.poses, options.keypoints, options.video, options.recipe)
     options_of_all = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
-    named = [path for each in options_of_all for path in files_among(each).values()]
+    named = [path for each in options_of_all for name, path in files_among(each).items() if name not in _LEFT]
     return [path for path in own if path and path.exists()] + named
 
 
@@ -231,9 +247,23 @@ def _people(options: RunOptions) -> list[Person]:
     return people
 
 
+def _resumed(recipe: Recipe, output: Path) -> Recipe:
+    """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
+    if not recipe.has("detect"):
+        raise InputError(
+            "option-conflict", "--resume is for the stage 'detect', which this run does not have."
+        )
+    left = next(filter(Path.is_file, (checkpoint_of(output), output / KEYPOINTS)), None)
+    if left is None:
+        raise InputError(
+            "option-conflict", f"There is no interrupted run in {output} to continue; leave --resume out."
+        )
+    return recipe.with_options("detect", resume=left)
+
+
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
-        if entry.use in _AIMED and entry.options.keys() & {"folder", "everybody"}:
+        if entry.use in _AIMED and entry.options.keys() & {"folder", "checkpoint", "everybody"}:
             raise InputError(
                 "option-conflict",
                 f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",

@@ -90,28 +90,18 @@ def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSeque
 
 def repaired(poses: PoseSequence, handedness: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
-    joints, root, feet = poses.joints, poses.root, poses.feet
-    covariance, root_covariance = poses.covariance, poses.root_covariance
-    order = np.arange(len(poses.layout))
     if handedness == "ignore":
         return poses
     if handedness == "mirror":
-        mirror = np.array([-1.0, 1.0, 1.0])
-        joints, root = joints * mirror, root if root is None else root * mirror
-        signs = np.outer(mirror, mirror)
-        covariance = covariance if covariance is None else covariance * signs
-        root_covariance = root_covariance if root_covariance is None else root_covariance * signs
-        feet = feet if feet is None else feet * mirror
-    else:
-        legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in LEG])
-        swapped = legs if handedness == "swap-legs" else order
-        order[swapped] = poses.layout.mirror[swapped]
-        feet = feet if feet is None else feet[:, FEET.mirror]
+        return poses.moved(np.diag([-1.0, 1.0, 1.0])).noted("handedness", repair=handedness)
+    order = np.arange(len(poses.layout))
+    legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in LEG])
+    swapped = legs if handedness == "swap-legs" else order
+    order[swapped] = poses.layout.mirror[swapped]
+    covariance, feet = poses.covariance, poses.feet
     return poses.with_(
-        joints=joints[:, order],
+        joints=poses.joints[:, order],
         confidence=poses.confidence[:, order],
         covariance=None if covariance is None else covariance[:, order],
-        root=root,
-        root_covariance=root_covariance,
-        feet=feet,
+        feet=None if feet is None else feet[:, FEET.mirror],
     ).noted("handedness", repair=handedness)

@@ -110,16 +110,17 @@ def write_poses(take: Take, path: Path) -> None:
     `keypoints_frame_index` (N,), and `keypoints_names` (K,)."""
     poses = take.need("poses")
     rectified = take.need("rectified")
-    root, sd, feet = rectified.level.root, rectified.level.root_sd, rectified.level.feet
+    level = rectified.level
+    sd, feet = level.path and level.path.sd, level.feet
     more = {} if take.keypoints is None else _keypoints(take.keypoints)
     if take.filtered is not None:
         more["filtered"] = take.filtered.joints
     write_arrays(
         path,
         source=poses.joints,
-        level=rectified.level.joints,
+        level=level.joints,
         body=rectified.body.joints,
-        root=np.broadcast_to(np.nan, (len(poses), 3)) if root is None else root,
+        root=np.broadcast_to(np.nan, (len(poses), 3)) if level.root is None else level.root,
         root_sd=np.broadcast_to(np.nan, (len(poses), 3)) if sd is None else sd,
         feet=np.broadcast_to(np.nan, (len(poses), len(FEET), 3)) if feet is None else feet,
         **{name: getattr(rectified, name) for name in OF_RECTIFIED},
@@ -176,7 +177,7 @@ def summary(take: Take) -> dict[str, Any]:
             "unit": poses.frame.unit,
             "root_known": poses.root is not None,
             **_about(poses),
-            "root_shared": poses.root_shared,
+            "root_shared": poses.path and poses.path.shared,
             "steps": len(poses.history),
             "bone_length_spread": facts.bone_length_spread,
         },

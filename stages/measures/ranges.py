@@ -107,7 +107,9 @@ def _missing_at_an_end(values: np.ndarray) -> bool:
     if known.mean() >= 1 - _OUTERMOST or len(gaps) < _FEWEST_GAPS:
         return False
     order = np.sort(values[known])
-    beside = [np.mean([values[row] for row in (a - 1, b) if 0 <= row < len(values)]) for a, b in gaps]
+    beside = np.array(
+        [np.mean([values[row] for row in (a - 1, b) if 0 <= row < len(values)]) for a, b in gaps]
+    )
     ranks = np.searchsorted(order, beside) / len(order)
     return bool(abs(ranks.mean() - 0.5) > _SURE * np.sqrt(1 / 12 / len(gaps)))
 

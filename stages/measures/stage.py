@@ -145,13 +145,11 @@ def path_length(points: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
 
 def _rests(motion: Motion) -> bool:
     """Whether an estimated path of the pelvis moves less than its frames err by themselves."""
-    root, covariance = motion.filtered.root, motion.filtered.root_covariance
-    shared = motion.filtered.root_shared
-    if root is None or covariance is None or shared is None:
+    path = motion.filtered.path
+    if path is None or path.covariance is None or path.shared is None:
         return False
-    own = np.einsum(
-        "tii->t", own_covariance(root, covariance, motion.rectified.R_source_from_level[2], *shared)
-    )
+    root, axis = path.points, motion.rectified.R_source_from_level[2]
+    own = np.einsum("tii->t", own_covariance(root, path.covariance, axis, *path.shared))
     known = np.isfinite(root).all(axis=1) & np.isfinite(own)
     if not known.any():
         return False

@@ -324,14 +324,13 @@ class _Means:
 def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
     """models.gait.errors.path_error of a path that was estimated (stages/place.py); NaN of one whose estimator states
     no error; 0, 0 for others."""
-    filtered = motion.filtered
-    covariance, shared = filtered.root_covariance, filtered.root_shared
-    if filtered.root is None or filtered.measured_root is not None:
+    filtered, path = motion.filtered, motion.filtered.path
+    if path is None or filtered.measured_root is not None:
         return 0.0, 0.0
-    if covariance is None or shared is None:
+    if path.covariance is None or path.shared is None:
         return float("nan"), float("nan")
     axis = motion.rectified.R_source_from_level[2]
-    return path_error(filtered.root, covariance, axis, *shared, filtered.times, gait.walks)
+    return path_error(path.points, path.covariance, axis, *path.shared, filtered.times, gait.walks)
 
 
 def _lengths(motion: Motion, gait: Gait, belt_speed: float | None) -> tuple[Values, list[Row], float]:

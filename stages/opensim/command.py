@@ -11,6 +11,7 @@ import typer
 
 from ...models.common.metrics import plain
 from ...pipeline.core.messages import how_many, show
+from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import add_to_list, whole_folder, write_json
@@ -93,7 +94,7 @@ def with_path(take: Take) -> Take:
     if take.filtered is None or any(column is None for column in columns):
         return take
     path = np.stack([np.asarray(column, np.float64) for column in columns], axis=-1)
-    return take.with_(filtered=take.filtered.with_(root=path))
+    return take.with_(filtered=take.filtered.with_(path=RootPath(path)))
 
 
 def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:

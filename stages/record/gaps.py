@@ -69,11 +69,4 @@ def _marked(poses: PoseSequence, behind: np.ndarray) -> PoseSequence:
     time_s = np.interp(frame, poses.frame_index, poses.times)
     if frame[-1] > poses.frame_index[-1]:
         time_s[-1] += 1 / poses.fps if len(poses) > 1 else 1e-3
-    joints = np.insert(poses.joints, behind, np.nan, axis=0)
-    root, feet = (
-        None if points is None else np.insert(points, behind, np.nan, axis=0)
-        for points in (poses.root, poses.feet)
-    )
-    return PoseSequence(
-        joints, poses.layout, poses.frame, time_s=time_s, frame_index=frame, root=root, feet=feet
-    )
+    return poses.on_frames(frame, time_s)

@@ -32,7 +32,7 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     if level.root is None or not is_finite(level.root).any():
         return None
     root = level.root[:, None]
-    return level.mapped(lambda points: points + root, root=None, root_covariance=None)
+    return level.mapped(lambda points: points + root, path=None)
 
 
 def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
@@ -42,15 +42,15 @@ def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
 
     rectified = take.need("rectified")
     level = rectified.level
-    if walked(rectified) is None or level.root is None:
+    if walked(rectified) is None or level.path is None:
         return
-    path = np.column_stack([level.root[:, :2], np.full(len(level), ground(rectified, size))])
-    pieces = runs(is_finite(level.root), level.times, breaks(level))
+    path = np.column_stack([level.path.points[:, :2], np.full(len(level), ground(rectified, size))])
+    pieces = runs(is_finite(level.path.points), level.times, breaks(level))
     strips = [path[piece] for piece in pieces]
     look = rr.LineStrips3D(strips, colors=[_PATH], radii=[0.012 * size])
     recording.log("walk/path", look, static=True)
-    if level.root_covariance is not None:
-        ellipses = _ellipses(path, level.root_covariance[:, :2, :2], level.times, pieces)
+    if level.path.covariance is not None:
+        ellipses = _ellipses(path, level.path.covariance[:, :2, :2], level.times, pieces)
         look = rr.LineStrips3D(ellipses, colors=[_ERROR], radii=[0.004 * size])
         recording.log("walk/path/error", look, static=True)
     R_level_from_camera = _camera_axes(take)

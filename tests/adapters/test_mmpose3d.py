@@ -1,4 +1,5 @@
-"""MMPose 1.x 3D JSON: mirrored axes, heights rebased frame by frame, people without track numbers (formats.md 3)."""
+"""MMPose 1.x 3D JSON: mirrored axes, heights rebased frame by frame, people without track numbers (formats.md 3); and
+RTMW3D's demo, crop pixels and depth bins of 133 joints (4)."""
 
 import json
 import tracemalloc
@@ -9,8 +10,10 @@ import pytest
 from golden import lifters
 from golden.lifters import as_mmpose, box_of, instance
 from pcnet3d.adapters import read, read_all
-from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.reading.find import adapters
+from refusals import refused
 
 FRAMES = 60
 
@@ -120,3 +123,48 @@ def test_memory_is_bounded(turning, tmp_path):
     arrays = poses.joints.nbytes + poses.confidence.nbytes + poses.frame_index.nbytes
     assert len(poses) == count
     assert peak < 3 * arrays + (4 << 20)
+
+
+@pytest.fixture
+def save_rtmw3d(turning, tmp_path):
+    """save_rtmw3d(change) writes results_walk.json of the demo, after change(crop coordinates (T, 133, 3))."""
+    return lambda change=lambda crop: crop: lifters.rtmw3d(tmp_path, [turning(FRAMES)], change)
+
+
+def test_golden_rtmw3d(save_rtmw3d, turning):
+    stature = implied_stature(turning(FRAMES))
+    path = save_rtmw3d()
+    poses = read(path, fps=30, stature_m=stature)
+    assert poses.root is None  # a place in the crop
+    limbs = [joint for joint in H36M17.joints if joint.endswith(("hip", "knee", "ankle", "elbow", "wrist"))]
+    expected = turning(FRAMES)
+    hips = expected[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)  # COCO has no pelvis
+    for joint in limbs:
+        np.testing.assert_allclose(poses.joint(joint), expected[:, H36M17.index(joint)] - hips, atol=2e-3)
+    assert (poses.frame.name, poses.frame.unit) == ("CAMERA", "m")
+    assert poses.frame_index[0] == 0
+    assert np.nanmax(poses.confidence) == 1
+
+
+def test_what_is_assumed_is_said(save_rtmw3d):
+    assert {said.code for said in read(save_rtmw3d()).notices} == {"rebased-to-floor"}
+
+
+def test_stature_sets_the_plane_and_not_the_depth(save_rtmw3d):
+    path = save_rtmw3d()
+    small, tall = (read(path, stature_m=stature) for stature in (1.5, 1.9))
+    assert implied_stature(tall.joints) == pytest.approx(1.9, abs=1e-3)
+    np.testing.assert_allclose(small.joints[..., 2], tall.joints[..., 2], atol=1e-6)
+    with pytest.raises(InputError, match="stature_m"):
+        read(path, stature_m=17)
+
+
+def test_an_option_of_the_other_kind_of_file_is_refused(save, alone, save_rtmw3d):
+    for path, option in ((save(alone), {"stature_m": 1.8}), (save_rtmw3d(), {"metric": True})):
+        with refused("option-conflict"):
+            read(path, **option)
+
+
+def test_depth_without_a_body_is_refused(save_rtmw3d):
+    with pytest.raises(InputError, match="deeper than tall"):
+        read(save_rtmw3d(lambda crop: crop * [1, 1, 100]), "mmpose3d")

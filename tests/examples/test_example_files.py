@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import astuple
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,11 +18,13 @@ from pcnet3d.examples.walker.files import (
     write_video,
 )
 from pcnet3d.examples.walker.landmarks import halpe26
+from pcnet3d.examples.walker.long_video import write_long_video
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import HALPE26
 from pcnet3d.pipeline.core.rotations import geodesic_deg
+from pcnet3d.pipeline.reading.load import read_video
 
 
 @pytest.fixture(scope="module")
@@ -166,3 +169,20 @@ def test_a_video_of_another_rate_keeps_its_times(tmp_path, camera):
     with av.open(str(tmp_path / "walker.mp4")) as container:
         times = [float(frame.time) for frame in container.decode(video=0)]
     np.testing.assert_allclose(times, walk.time_s, atol=1e-4)
+
+
+def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
+    import av
+
+    write_long_video(tmp_path / "long.mp4", 17)
+    video = read_video(tmp_path / "long.mp4")
+    assert np.allclose(np.diff(video.time_s), 1 / 30, atol=1e-3)
+    with av.open(str(tmp_path / "long.mp4")) as container:
+        small = [
+            frame.reformat(width=64, height=36, format="gray").to_ndarray().astype(float)
+            for frame in container.decode(video=0)
+        ]
+    assert len(small) == 510 == len(video.time_s)
+    steps = [np.abs(after - before).mean() for before, after in pairwise(small)]
+    assert max(steps) < 3  # grey levels on average; another image of the walk is 10 and more away
+    np.testing.assert_allclose(small[480], small[0], atol=12)

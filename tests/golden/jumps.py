@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.place.flights import SEGMENTS
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
+from pcnet3d.pipeline.core.path import RootPath
 
 STATURE_M = 1.7
 HIGH_M = 0.35
@@ -27,7 +28,7 @@ def jumping(slowed: float = 1.0, fps: float = 30.0, noise_m: float = 0.0) -> Pos
     root = np.stack([0.3 * real, np.zeros_like(z), z], axis=-1)
     joints = np.repeat(standing()[None], len(z), axis=0)
     joints = joints + np.random.default_rng(3).normal(0, noise_m, joints.shape)
-    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, root=root)
+    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, path=RootPath(root))
 
 
 SHANK_M, THIGH_M = 0.41, 0.41

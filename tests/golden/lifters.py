@@ -137,15 +137,14 @@ def rtmw3d(
     folder: Path,
     people: list[np.ndarray],
     change: Callable[[np.ndarray], np.ndarray] = lambda crop: crop,
-    count: int = 133,
 ) -> Path:
     """results_walk.json of RTMW3D's demo, of bodies (T, 17, 3) each, after change(crop coordinates (T, 133, 3))."""
     written = []
     for bodies in people:
-        crop = -change(_rtmw3d_crop(bodies, count))[..., [0, 2, 1]]
+        crop = -change(_rtmw3d_crop(bodies))[..., [0, 2, 1]]
         crop[..., 2] -= crop[..., 2].min(axis=1, keepdims=True)
         written.append(crop)
-    scores = [0.6 + 0.05 * (j % 17) for j in range(count)]
+    scores = [0.6 + 0.05 * (j % 17) for j in range(133)]
     frames = [
         {
             "frame_id": i + 1,
@@ -161,7 +160,7 @@ def rtmw3d(
     return path
 
 
-def _rtmw3d_crop(bodies: np.ndarray, count: int) -> np.ndarray:
+def _rtmw3d_crop(bodies: np.ndarray) -> np.ndarray:
     """(T, 133, 3): pixels and depth bins of the crop."""
     own = {joint: bodies[:, i] for i, joint in enumerate(H36M17.joints)}
     face = {
@@ -172,7 +171,7 @@ def _rtmw3d_crop(bodies: np.ndarray, count: int) -> np.ndarray:
     }
     own |= dict(zip(FEET.joints, np.moveaxis(feet_of(bodies), 1, 0), strict=True))
     coco = [own[joint] if joint in own else own["nose"] + np.array(face[joint]) for joint in COCO23.joints]
-    whole = np.stack([*coco, *[own["nose"]] * (count - len(coco))], axis=1)
+    whole = np.stack([*coco, *[own["nose"]] * (133 - len(coco))], axis=1)
     crop = np.empty_like(whole)
     crop[..., :2] = whole[..., :2] * 170 + [144, 190]
     crop[..., 2] = (whole[..., 2] / 2.1744869 + 1) * 144

@@ -8,6 +8,7 @@ from golden.jumps import standing
 from pcnet3d.models.common.motion import Motion
 from pcnet3d.pipeline.core.frames import CAMERA, LEVEL, Z_UP
 from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence, Rectified
 
 CAPTURED = MadeBy("measured", "capture")
@@ -41,7 +42,7 @@ def motion_with(
     for joint, rows in (unknown or {}).items():
         known[rows, H36M17.index(joint)] = False
     frame, camera = (Z_UP, None) if made_by.kind == "measured" else (CAMERA, "static")
-    filtered = PoseSequence(joints, H36M17, LEVEL, time_s=times, root=root)
+    filtered = PoseSequence(joints, H36M17, LEVEL, time_s=times, path=RootPath(root))
     eye = np.tile(np.eye(3), (count, 1, 1))
     source = PoseSequence(joints, H36M17, frame, time_s=times, made_by=made_by)
     rectified = Rectified(

@@ -42,5 +42,5 @@ def seen_from(walk, heading_deg, flat=1.0):
     camera = aimed(walk.root.mean(axis=0), 6.0, heading_deg, 0.0, 0.0)
     poses = camera_poses(walk, camera)
     return poses.with_(
-        joints=poses.joints * np.array([1.0, 1.0, flat], np.float32), root=None, made_by=JUDGED
+        joints=poses.joints * np.array([1.0, 1.0, flat], np.float32), path=None, made_by=JUDGED
     )

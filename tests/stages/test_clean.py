@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, Take
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.signals.checks import leaps
 from pcnet3d.stages.clean import Clean, clean, not_seen
 
@@ -146,9 +147,9 @@ def test_a_path_that_nobody_goes_in_a_frame_is_a_leap(fps):
         frame=Z_UP.with_(origin="pelvis"), joints=np.repeat(moving().joints[:1], ROWS, axis=0)
     )
     root = np.outer(12.0 * time_s, [1, 0, 0])
-    assert len(leaps(still.with_(root=root, time_s=time_s))) == 0
+    assert len(leaps(still.with_(path=RootPath(root), time_s=time_s))) == 0
     root[4:] += [0, 6, 0]
-    there = still.with_(root=root, time_s=time_s)
+    there = still.with_(path=RootPath(root), time_s=time_s)
     assert leaps(there).tolist() == [4]
     assert leaps(there.with_(seams=(4,))).tolist() == []
 
@@ -201,9 +202,9 @@ def test_frames_of_somebody_else_lose_their_place_too_and_made_places_state_no_e
     root[40] += 2
     root[50] = np.nan
     known = np.broadcast_to(0.01 * np.eye(3), (ROWS, 3, 3))
-    cleaned = clean(poses.with_(joints=joints, root=root, root_covariance=known))[0]
+    cleaned = clean(poses.with_(joints=joints, path=RootPath(root, known)))[0]
     np.testing.assert_allclose(cleaned.root, walked, atol=1e-6)
-    made = np.flatnonzero(np.isnan(cleaned.root_covariance).all(axis=(1, 2)))
+    made = np.flatnonzero(np.isnan(cleaned.path.covariance).all(axis=(1, 2)))
     np.testing.assert_array_equal(made, [*rows, 40, 50])
     assert counts(cleaned)["spikes_removed"] == 1
     assert counts(cleaned)["values_filled"] == 17 * 3 + 5

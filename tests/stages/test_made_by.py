@@ -14,6 +14,7 @@ from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.conclusion import trust
@@ -204,7 +205,9 @@ def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):
 def test_what_rests_on_an_estimators_path_has_no_error(walk, seen, camera):
     """Nobody knows how far it drifts: not the errors of lifted poses over a path that is known."""
     root = rotate(camera.R_camera_from_world, walk.root[:, None])[:, 0] + np.array([0.0, 0.0, 5.0])
-    own = nested(STAGES(Take("own", poses=seen.with_(root=root, made_by=MadeBy("estimated", "X")))).measures)
+    own = nested(
+        STAGES(Take("own", poses=seen.with_(path=RootPath(root), made_by=MadeBy("estimated", "X")))).measures
+    )
     assert own["walking"]["walking_speed"] > 0
     assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
 

@@ -1,5 +1,6 @@
 """The stage `place`: who is placed, who is not and why, and what the rest of a run does with an estimated path."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from golden.walks import FOCAL_PX as FOCAL
 from golden.walks import GEOMETRIC, JUDGED, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
-from pcnet3d.models.lab.evaluation.statements import frame_by_frame
+from pcnet3d.models.lab.errors.paths import frame_by_frame
 from pcnet3d.models.place.flights import falls
 from pcnet3d.pipeline import (
     CAMERA,
@@ -23,6 +24,7 @@ from pcnet3d.pipeline import (
 from pcnet3d.pipeline.core.anthropometry import floor_height
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.signals.guard import repaired
@@ -30,6 +32,7 @@ from pcnet3d.stages.clean import clean
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale, scale
+from refusals import refused
 
 AFTER = Pipeline(GEOMETRIC)  # which use the path
 
@@ -59,12 +62,12 @@ def through(placed):
 def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
     true = camera.points(walk.root[:, None])[:, 0]
     assert np.median(np.linalg.norm(placed.poses.root - true, axis=1)) < 0.06
-    assert placed.poses.root_sd.shape == (len(walk), 3)
-    assert placed.poses.root_sd[:, 2].min() > 3 * placed.poses.root_sd[:, 1].max()
+    assert placed.poses.path.sd.shape == (len(walk), 3)
+    assert placed.poses.path.sd[:, 2].min() > 3 * placed.poses.path.sd[:, 1].max()
     assert placed.poses.own_root is None
     said = placed.poses.history[-1]
     assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
-    assert placed.poses.root_shared == (said.options["scale_sd"], 0.02)
+    assert placed.poses.path.shared == (said.options["scale_sd"], 0.02)
     assert (placed.notices[-1].code, placed.notices[-1].values["placed"]) == ("placed", 240)
 
 
@@ -80,7 +83,7 @@ def test_how_well_the_place_is_known_is_said_in_the_unit_that_the_lengths_get(ta
         next(one.values for one in each.notices if one.code == "placed") for each in (own, scaled)
     )
     assert (has_unit["unit"], gets_metres["unit"]) == ("m" if unit == 1.0 else "units", "m")
-    grown = np.nanmedian(scaled.poses.root_sd[:, 2] / own.poses.root_sd[:, 2])
+    grown = np.nanmedian(scaled.poses.path.sd[:, 2] / own.poses.path.sd[:, 2])
     assert gets_metres["within"] / has_unit["within"] == pytest.approx(grown, rel=0.06)
 
 
@@ -92,7 +95,8 @@ def test_what_is_said_of_a_frame_holds_for_a_body_whose_size_changes_with_its_po
     truth = SimpleNamespace(subject="walker", joints_camera=camera.points(walk.world))
     stated = frame_by_frame(placed.poses, truth, np.arange(len(walk)), said["within"])
     assert (stated.error <= stated.half).mean() > 0.8
-    shrunk = placed.poses.with_(root=1.1 * placed.poses.root * [1, 1, 2.0])  # is said beside
+    longer = 1.1 * placed.poses.root * [1, 1, 2.0]  # is said beside
+    shrunk = placed.poses.with_(path=replace(placed.poses.path, points=longer))
     np.testing.assert_allclose(
         frame_by_frame(shrunk, truth, np.arange(len(walk)), 1.0).error, stated.error, atol=1e-6
     )
@@ -100,7 +104,7 @@ def test_what_is_said_of_a_frame_holds_for_a_body_whose_size_changes_with_its_po
 
 def test_a_place_that_the_source_knows_is_kept(take):
     own = np.random.default_rng(1).normal(size=(len(take.poses), 3))
-    known = take.with_(poses=take.poses.with_(root=own))
+    known = take.with_(poses=take.poses.with_(path=RootPath(own)))
     found = Place()(known)
     assert found is known
     assert found.poses.own_root is not None
@@ -123,7 +127,7 @@ def test_who_cannot_be_placed_is_told_why(take, changed, why):
 def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk):
     world = take.with_(
         poses=walk.poses.with_(
-            joints=walk.world - walk.root[:, None], root=None, frame=Z_UP.with_(origin="pelvis")
+            joints=walk.world - walk.root[:, None], path=None, frame=Z_UP.with_(origin="pelvis")
         )
     )
     assert "not in a camera's axes" in Place()(world).notices[-1].text
@@ -153,7 +157,7 @@ def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
     np.testing.assert_allclose(told.poses.root, placed.poses.root)
     guessed = Place()(take.with_(camera=None, told=Told(image_size=SIZE)))
     assert "a guess" in guessed.notices[-1].text
-    assert guessed.poses.root_sd[:, 2].mean() > 3 * placed.poses.root_sd[:, 2].mean()
+    assert guessed.poses.path.sd[:, 2].mean() > 3 * placed.poses.path.sd[:, 2].mean()
 
 
 def test_a_focal_length_for_nothing_is_refused(take):
@@ -165,7 +169,7 @@ def test_an_estimated_path_is_no_evidence_on_up_or_on_the_frame_rate(take, place
     shares = Rectify(rectifier="geometric")(placed).rectified.up_shares
     without = Rectify(rectifier="geometric")(take).rectified
     assert shares == without.up_shares
-    true = take.poses.with_(root=camera.points(walk.root[:, None])[:, 0])
+    true = take.poses.with_(path=RootPath(camera.points(walk.root[:, None])[:, 0]))
     assert "floor" in Rectify(rectifier="geometric")(take.with_(poses=true)).rectified.up_shares
     assert len(falls(placed.poses)) == 0
 
@@ -173,9 +177,9 @@ def test_an_estimated_path_is_no_evidence_on_up_or_on_the_frame_rate(take, place
 def test_in_level_it_is_turned_with_its_error(placed, through):
     level, R = through.rectified.level, through.rectified.R_source_from_level
     np.testing.assert_allclose(rotate(R, level.root), placed.poses.root, atol=1e-9)
-    np.testing.assert_allclose(R @ level.root_covariance @ R.T, placed.poses.root_covariance, atol=1e-12)
+    np.testing.assert_allclose(R @ level.path.covariance @ R.T, placed.poses.path.covariance, atol=1e-12)
     columns = through.kinematics
-    np.testing.assert_array_equal(columns["root_x_sd"], np.float32(level.root_sd[:, 0]))
+    np.testing.assert_array_equal(columns["root_x_sd"], np.float32(level.path.sd[:, 0]))
     moving = Rectify(rectifier="geometric")(placed.telling(camera="moving")).rectified.level
     assert moving.root is None
 
@@ -186,7 +190,7 @@ def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, 
     assert found["walking_speed_error"] >= 0.9 * 0.037 * found["walking_speed"]
     unsure = Place()(
         placed.with_(
-            poses=placed.poses.with_(root=None, root_covariance=None),
+            poses=placed.poses.with_(path=None),
             camera=Camera(SIZE, FOCAL, 0.3 * FOCAL, "prior"),
         )
     )
@@ -202,22 +206,28 @@ def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
     poses = placed.poses
     doubled = scale(poses, 3.5 / 2)[0]
     factor = doubled.history[-1].options["factor"]
-    np.testing.assert_allclose(doubled.root_sd, factor * poses.root_sd)
+    np.testing.assert_allclose(doubled.path.sd, factor * poses.path.sd)
     back = change_frame(poses, CAMERA.with_(origin="pelvis", unit="mm"))
-    np.testing.assert_allclose(back.root_sd, 1000 * poses.root_sd)
+    np.testing.assert_allclose(back.path.sd, 1000 * poses.path.sd)
     mirrored = repaired(poses, "mirror")
-    np.testing.assert_allclose(mirrored.root_covariance[:, 0, 2], -poses.root_covariance[:, 0, 2])
+    np.testing.assert_allclose(mirrored.path.covariance[:, 0, 2], -poses.path.covariance[:, 0, 2])
     kept = np.delete(np.arange(len(poses)), [40, 41])
     broken = PoseSequence(
         poses.joints[kept], H36M17, poses.frame, time_s=poses.times[kept], frame_index=kept,
-        root=poses.root[kept], root_covariance=poses.root_covariance[kept],
+        path=poses.path.each(lambda values: values[kept]),
     )  # fmt: skip
-    assert np.isnan(clean(broken)[0].root_covariance[40:42]).all()
+    assert np.isnan(clean(broken)[0].path.covariance[40:42]).all()
 
 
-def test_a_covariance_needs_a_root(take):
-    with pytest.raises(InputError, match="beside root_covariance"):
-        take.poses.with_(root_covariance=np.zeros((len(take.poses), 3, 3)))
+def test_a_path_has_a_row_a_frame(take):
+    rows = len(take.poses)
+    for path in (
+        RootPath(np.zeros((rows - 1, 3))),
+        RootPath(np.zeros((rows, 3)), np.zeros((rows, 3, 2))),
+        RootPath(np.full((rows, 3), np.inf)),
+    ):
+        with refused("wrong-content"):
+            take.poses.with_(path=path)
 
 
 def test_the_floor_of_a_walk_lies_below_the_camera(through, camera):

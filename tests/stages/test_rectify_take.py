@@ -18,6 +18,7 @@ from pcnet3d.pipeline.core.camera import Background, Look
 from pcnet3d.pipeline.core.camera import Camera as View
 from pcnet3d.pipeline.core.frames import GL_CAMERA, IMAGE
 from pcnet3d.pipeline.core.notices import notice
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.run import run_files
@@ -282,7 +283,7 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert not nobody_upright(lies)  # who has told pitch and roll is not asked to
     for step, weight in ((0.0, "warning"), (0.05, "suspicious")):  # of the pelvis, metres a frame
         root = np.arange(len(joints))[:, None] * np.array([step, 0.0, 0.0])
-        placed = replace(turned.rectified, level=turned.rectified.level.with_(root=root))
+        placed = replace(turned.rectified, level=turned.rectified.level.with_(path=RootPath(root)))
         assert nobody_upright(placed).weight == weight
 
 

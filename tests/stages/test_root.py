@@ -9,6 +9,7 @@ from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, LEVEL, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17, remap
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.scale import scale
@@ -68,8 +69,8 @@ def test_missing_places_are_nan(walk):
 
 @pytest.mark.parametrize("rows", [3, 5])
 def test_a_root_of_another_length_is_refused(rows):
-    with pytest.raises(InputError, match=r"root of shape \(4, 3\)"):
-        PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA, root=np.zeros((rows, 3)))
+    with pytest.raises(InputError, match=r"path of shape \(4, 3\)"):
+        PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA, path=RootPath(np.zeros((rows, 3))))
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("mm", 1000)])
@@ -110,10 +111,14 @@ def test_cleaning_fills_short_gaps_of_the_way_and_takes_spikes_out(walk, camera)
     root[20] += [0, 0, 3.0]
     root[60:63] = np.nan
     broken = seen.with_(
-        joints=seen.joints[kept], confidence=None, time_s=seen.times[kept], frame_index=kept, root=root[kept]
+        joints=seen.joints[kept],
+        confidence=None,
+        time_s=seen.times[kept],
+        frame_index=kept,
+        path=RootPath(root[kept]),
     )
     cleaned = clean(broken)[0]
     np.testing.assert_allclose(cleaned.root, seen.root, atol=1e-2)
     assert len(cleaned.root) == len(walk)
     root[60:80] = np.nan
-    assert np.isnan(clean(seen.with_(root=root))[0].root[60:80]).all()
+    assert np.isnan(clean(seen.with_(path=RootPath(root)))[0].root[60:80]).all()

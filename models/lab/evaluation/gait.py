@@ -16,7 +16,6 @@ import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
-from ....pipeline.core.frames import scaled_covariance
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
@@ -211,8 +210,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> J
         return judged
     # In metres as `--stature` would bring them there.
     factor = implied_stature(seen.truth) / implied_stature(take.lifted.joints)
-    covariance = scaled_covariance(take.lifted.covariance, factor)
-    sized = take.lifted.with_(joints=take.lifted.joints * factor, covariance=covariance)
+    sized = take.lifted.moved(factor * np.eye(3))
     placed = pelvis_path(sized, seen.keypoints, _camera_of(seen, path))
     if placed is None:
         return judged

@@ -18,6 +18,7 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.take import Take
 from ....pipeline.reading.mocap import Clip
@@ -76,7 +77,7 @@ def _off_floor(truth: SeenTake, span: tuple[float, float], stature: float) -> bo
 def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
     """world: (T, 17, 3) in a still world whose z is up."""
     root = world[:, H36M17.index("pelvis")].astype(np.float64)
-    poses = PoseSequence(world - root[:, None], H36M17, LEVEL, time_s=time_s, root=root)
+    poses = PoseSequence(world - root[:, None], H36M17, LEVEL, time_s=time_s, path=RootPath(root))
     return [
         flight for flight in flights(poses) if abs(flight.fall * implied_stature(world) / GRAVITY - 1) < _FREE
     ]

@@ -202,8 +202,9 @@ def paths(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
 def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
     """The pelvis from the camera along the ray to it and across, frame by frame, and the size of the body, which moves
     it all. rows: (T,) as of `up`."""
-    assert poses.root is not None
-    assert poses.root_covariance is not None
+    path = poses.path
+    assert path is not None
+    assert path.covariance is not None
     true = truth.joints_camera[rows, H36M17.index("pelvis")]
     along = unit(true)
     right = unit(np.cross(along, [0.0, 1.0, 0.0]))
@@ -213,17 +214,17 @@ def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[St
             Stated(
                 f"pelvis {way} the ray, m",
                 truth.subject,
-                ((poses.root - true) * axis).sum(axis=1),
-                SD_90 * np.sqrt(np.einsum("tj,tjk,tk->t", axis, poses.root_covariance, axis)),
-                {"distance": np.linalg.norm(poses.root, axis=1)},
+                ((path.points - true) * axis).sum(axis=1),
+                SD_90 * np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis)),
+                {"distance": np.linalg.norm(path.points, axis=1)},
             )
             for axis in directions
         ]
         yield joined(parts).judged()
-    if poses.root_shared is not None:
+    if path.shared is not None:
         lifted = poses.joints.astype(np.float64)
         size = person_size(lifted) / person_size(scaled(lifted, truth.truth[rows], "take"))
-        half = np.array([100 * SD_90 * poses.root_shared[0]])
+        half = np.array([100 * SD_90 * path.shared[0]])
         yield Stated("body's size, %", truth.subject, np.array([100 * (size - 1)]), half).judged()
 
 

@@ -1,10 +1,12 @@
-"""`pcnet3d run VIDEO`: what it writes, Ctrl-C, networks by name, and what bad input gets."""
+"""`pcnet3d run VIDEO`: what it writes, Ctrl-C and --resume, networks by name, and what bad input gets."""
 
 import json
 import resource
 import shutil
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from commands import pcnet3d, refused, succeeded
 from golden.films import pressing_ctrl_c
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.files.detections import load_detections
+from pcnet3d.stages.export.stage import Export
 
 
 @pytest.fixture(scope="module")
@@ -77,11 +80,44 @@ def test_what_cannot_be_used_is_refused_before_the_video_is_looked_at(
     assert not list(tmp_path.glob("*out*"))
 
 
-def test_interrupted_nothing_is_written(walk_film, toy, quick, tmp_path, call, monkeypatch):
-    monkeypatch.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, 25))
-    stopped = call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
+def test_interrupted_and_resumed(walk_film, toy, quick, whole, tmp_path, call, monkeypatch):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    shown = detect_video.images_ahead
+    monkeypatch.setattr(detect_video, "images_ahead", pressing_ctrl_c(shown, 25))
+    stopped = call(*words, "-o", tmp_path / "part")
     assert stopped.returncode == 130
-    assert not any(tmp_path.glob("*out*"))
+    assert "Interrupted at frame 26 of 40; --resume continues from there." in stopped.stderr
+    summary = json.loads((tmp_path / "part/summary.json").read_text())
+    assert {"frame": 26, "frames": 40} in [said["values"] for said in summary["notices"]]
+    with np.load(tmp_path / "part/poses.npz") as poses:
+        assert len(poses["source"]) == 26
+    monkeypatch.setattr(detect_video, "images_ahead", shown)
+    succeeded(call(*words, "-o", tmp_path / "part", "--resume"))
+    _same(tmp_path / "part", whole)
+    succeeded(call(*words, "-o", tmp_path / "part", "--resume"))  # nothing is left to detect
+
+
+def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, monkeypatch):
+    """Then there is nothing to keep."""
+    from pcnet3d.pipeline.reading.settings import RunOptions
+    from pcnet3d.pipeline.running.recipe import load_recipe
+    from pcnet3d.pipeline.running.run import run_files
+
+    video = film([toys.scene(None)] * 5)
+    monkeypatch.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, 0))
+    recipe = load_recipe(quick).with_options("detect", detector=str(toy))
+    with pytest.raises(KeyboardInterrupt):
+        run_files(RunOptions(video=video.path), tmp_path / "out", recipe)
+    assert not (tmp_path / "out").exists()
+
+
+def test_resume_with_another_video(whole, film, toys, toy, quick, tmp_path, call):
+    words = ("--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
+    shutil.copytree(whole, tmp_path / "out")
+    before = (tmp_path / "out/summary.json").read_bytes()
+    other = film([toys.scene(box, seed=5) for box in toys.walking(40)], name="other.mp4")
+    refused(call(other.path, *words, "--resume"), "leave --resume out to start again")
+    assert (tmp_path / "out/summary.json").read_bytes() == before
 
 
 @pytest.mark.parametrize(
@@ -98,9 +134,15 @@ def test_bad_videos(walk_film, film, toys, toy, tmp_path, call, kind, words):
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
 
 
-def test_a_detector_that_there_is_not(walk_film, tmp_path, call):
-    said = "no detector 'movenett'; did you mean movenet or movenet-thunder?"
-    refused(call(walk_film.path, "--detector", "movenett", "-o", tmp_path / "out"), said)
+@pytest.mark.parametrize(
+    ("detector", "more", "words"),
+    [
+        ("movenett", (), "no detector 'movenett'; did you mean movenet or movenet-thunder?"),
+        (None, ("--resume",), "There is no interrupted run in"),
+    ],
+)
+def test_neither_a_detector_nor_a_run_of_that_name(walk_film, toy, tmp_path, call, detector, more, words):
+    refused(call(walk_film.path, "--detector", detector or toy, "-o", tmp_path / "out", *more), words)
 
 
 @pytest.mark.parametrize("limit", [1_000, 28_000])
@@ -117,6 +159,9 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
+    kept = limit == 28_000
+    assert (tmp_path / ".out.keypoints.npz").exists() == kept
+    assert ("finished work is kept; the same command with --resume" in done.stderr) == kept
 
 
 def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
@@ -124,3 +169,58 @@ def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, 
     monkeypatch.setattr(detect_video, "images_ahead", lambda *_: pytest.fail("was detected before"))
     refused(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out"), "The run needs about 4 MB")
     assert not (tmp_path / "out").exists()
+
+
+def _same(a: Path, b: Path) -> None:
+    with np.load(a / "poses.npz") as one, np.load(b / "poses.npz") as other:
+        for name in one.files:
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_what_was_detected_survives_a_later_failure(
+    walk_film, toy, quick, whole, tmp_path, call, monkeypatch
+):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    with monkeypatch.context() as patched:
+        patched.setattr(Export, "__call__", full)
+        for said in ("--resume continues from there", "an interrupted run left its work"):
+            refused(again := call(*words, "-o", tmp_path / "part"), said)
+    assert "--resume continues from there" in again.stderr  # which began anew
+    assert not (tmp_path / "part").exists()
+    monkeypatch.setattr(detect_video.Search, "look", lambda *_: pytest.fail("was detected again"))
+    succeeded(call(*words, "-o", tmp_path / "part", "--resume"))
+    _same(tmp_path / "part", whole)
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+
+
+def test_killed_and_resumed(walk_film, toy, quick, whole, tmp_path, call):
+    words = [walk_film.path, "--detector", toy, "--recipe", quick]
+    script = """
+import os, signal
+from pcnet3d.models.detector import video as detect_video
+from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.running import interrupt
+shown = detect_video.images_ahead
+def killing(*asked):
+    for number, picture in shown(*asked):
+        if number == 25:
+            os.kill(os.getpid(), signal.SIGKILL)
+        yield number, picture
+detect_video.images_ahead, interrupt._KEEP_S, interrupt._KEEP_RARELY = killing, 0.0, 0
+main()
+"""
+    out = tmp_path / "part"
+    end = subprocess.run([sys.executable, "-c", script, "run", *words, "-o", out], capture_output=True)
+    assert end.returncode == -signal.SIGKILL, end.stderr
+    assert load_detections(tmp_path / ".part.keypoints.npz").frames_seen == 25
+    with np.load(tmp_path / ".part.keypoints.npz") as kept:  # a small image was in it, and in the result
+        assert not [name for name in kept.files if kept[name].dtype == np.uint8]
+    assert [left for left in tmp_path.iterdir() if ".part.partial-" in left.name]
+    succeeded(call(*words, "-o", out, "--resume"))
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+    _same(out, whole)
+    with np.load(out / "keypoints.npz") as found:
+        assert not [name for name in found.files if found[name].dtype == np.uint8]

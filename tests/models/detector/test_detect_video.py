@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from golden.detections import detected, scored
+from golden.films import pressing_ctrl_c
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.keypoints import sniff
 from pcnet3d.adapters.video import read as read_video
@@ -21,6 +22,7 @@ from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.detect import Detect
+from refusals import refused
 
 
 def same(a: Detections, b: Detections) -> bool:
@@ -126,6 +128,18 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(whole):
     ] == [("0", 0, 21, 18), ("1", 22, 69, 38)]
 
 
+@pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
+def test_interrupted_and_resumed_is_bitwise_the_same(eventful, whole, toy, tmp_path, monkeypatch, stop):
+    with monkeypatch.context() as patched:
+        patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
+        part = detect(eventful, load_detector(toy), "here")
+    assert part.frames_seen == stop + 1
+    assert part.frame_index.max() <= stop
+    part.save(tmp_path / "part.npz")
+    resumed = detect(eventful, load_detector(toy), "here", load_detections(tmp_path / "part.npz"))
+    assert same(resumed, whole)
+
+
 class _Counting:
     """A detector and the images that it looked at."""
 
@@ -155,17 +169,33 @@ def test_who_comes_where_nobody_was_for_long_is_seen_a_little_later(
     assert 0 <= whole.time_s[8] - empty.time_s[8 + nobody] < 0.2
     np.testing.assert_array_equal(found, np.arange(found[0], 80))
     assert counting.looks == 8 + 30 + len(range(36, nobody, 6)) + len(found)
+    for stop in (20, 45, 50, 69, 75):
+        with monkeypatch.context() as patched:
+            patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
+            detect(empty, load_detector(toy), "here", keep=lambda found: found.save(tmp_path / "part.npz"))
+        part = load_detections(tmp_path / "part.npz")
+        assert part.frames_seen == stop + 1
+        assert same(detect(empty, load_detector(toy), "here", part), whole)
 
 
 @pytest.mark.parametrize(
     ("lit", "dark", "part"), [(15, 5, None), (15, 45, None), (15, 45, (20, 69)), (0, 45, None)]
 )
-def test_a_cut_over_black_is_noticed_however_long_it_was_dark(film, toys, toy, lit, dark, part):
+def test_a_cut_over_black_is_noticed_after_an_interruption_in_the_black(
+    film, toys, toy, monkeypatch, lit, dark, part
+):
+    """However long it was dark: the 30 images before the interruption were looked at alone."""
     cut = lit + dark
     shown = [toys.scene(box, seed=int(i >= cut)) for i, box in enumerate(toys.walking(cut + 10))]
     video = film(shown[:lit] + [np.zeros_like(shown[0])] * dark + shown[cut:])
-    found = detect(replace(video, part=part), load_detector(toy))
-    assert found.cuts.tolist() == [cut] * (lit > 0 and part is None)
+    video = replace(video, part=part)
+    with monkeypatch.context() as patched:
+        patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, cut - 1))
+        stopped = detect(video, load_detector(toy))
+    assert stopped.frames_seen == cut
+    resumed = detect(video, load_detector(toy), resume=stopped)
+    assert resumed.cuts.tolist() == [cut] * (lit > 0 and part is None)
+    assert same(resumed, detect(video, load_detector(toy)))
 
 
 def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
@@ -185,6 +215,15 @@ def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
     for take in (Detect(detector=str(toy))(Take("walk", video=shown)), again):
         (text,) = (event.text for event in take.notices if "damaged" in event.text)
         assert f"damaged at frame {found.damaged[0]}" in text
+
+
+def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):
+    found = detect(walk_film, load_detector(toy), "one video")
+    with refused("files-apart"):
+        detect(walk_film, load_detector(toy), "another", found)
+    other = load_detector(toys.save_toy(tmp_path / "other.onnx", toys.float))
+    with refused("files-apart"):
+        detect(walk_film, other, "one video", found)
 
 
 def test_a_video_of_which_no_image_can_be_decoded_is_not_one_without_people(walk_film, toy, monkeypatch):

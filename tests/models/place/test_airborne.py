@@ -8,7 +8,8 @@ import pytest
 from golden.jumps import STATURE_M, standing, toe_jump
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, Question, finished
+from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
 from pcnet3d.models.place.airborne import airborne
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Background, Camera
@@ -158,7 +159,7 @@ def test_no_depth_and_no_size_is_needed(twice):
     """The smooth path of the pelvis has no fall in it; the body on its rays has."""
     far = twice.with_(
         camera=Camera(SIZE, 0.7 * FOCAL_PX, 300.0, "prior"),
-        poses=twice.poses.with_(root=None, root_covariance=None),
+        poses=twice.poses.with_(path=None),
     )
     times = [
         [flight.land_s - flight.off_s for flight in airborne(one).flights]

@@ -10,6 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.models.place.flights import falls, flights
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
+from pcnet3d.pipeline.core.path import RootPath
 
 
 def squats(slowed: float = 1.0) -> PoseSequence:
@@ -19,14 +20,14 @@ def squats(slowed: float = 1.0) -> PoseSequence:
     joints = np.repeat(standing()[None], len(time_s), axis=0)
     joints[:, H36M17.indices(("r_ankle", "l_ankle")), 2] += lower[:, None]
     root = np.stack([0 * lower, 0 * lower, 0.9 - lower], axis=-1)
-    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, root=root)
+    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, path=RootPath(root))
 
 
 @pytest.mark.parametrize("slowed", [1, 4, 8])
 @pytest.mark.parametrize("unit", [1.0, 300.0])
 def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
     poses = jumping(slowed)
-    found = falls(poses.with_(joints=poses.joints * unit, root=poses.root * unit))
+    found = falls(poses.with_(joints=poses.joints * unit, path=RootPath(poses.root * unit)))
     np.testing.assert_allclose(found, 9.81 / STATURE_M / slowed**2, rtol=0.06)
     assert len(found) == 2
 
@@ -38,11 +39,11 @@ def test_a_squat_is_no_flight(slowed):
 
 def test_what_is_not_well_seen_says_nothing():
     assert not len(falls(jumping(4, noise_m=0.1)))
-    assert not len(falls(jumping().with_(root=None)))
+    assert not len(falls(jumping().with_(path=None)))
     assert not len(falls(jumping(fps=8)))  # too few frames in the air
     walk = walker(seconds=6.0)
     poses = PoseSequence(
-        walk.world - walk.root[:, None], H36M17, LEVEL, time_s=walk.time_s, root=walk.root.astype(np.float64)
+        walk.world - walk.root[:, None], H36M17, LEVEL, time_s=walk.time_s, path=RootPath(walk.root)
     )
     assert not len(falls(poses))
     gap = jumping(4).joints.copy()
@@ -79,7 +80,9 @@ def test_real_people_fall_in_real_time(data, name, fewest):
     joints, root, start = found["joints"], found["root"], found["clip_start"]
     flying = 0
     for a, b in pairwise(start):
-        poses = PoseSequence(joints[a:b], H36M17, LEVEL, time_s=np.arange(b - a) / 30, root=root[a:b])
+        poses = PoseSequence(
+            joints[a:b], H36M17, LEVEL, time_s=np.arange(b - a) / 30, path=RootPath(root[a:b])
+        )
         assert clock_doubts(poses) == []
         flying += len(falls(poses)) > 0
     assert flying >= fewest * (len(start) - 1)

@@ -5,6 +5,7 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.anthropometry import floor_height, implied_stature
+from pcnet3d.pipeline.core.path import RootPath
 
 
 @pytest.fixture(scope="module")
@@ -14,15 +15,15 @@ def poses():
 
 def test_the_floor_of_a_walker_who_squats_and_jumps_is_the_floor(poses):
     assert implied_stature(poses.joints) == pytest.approx(1.75, abs=0.1)
-    level = poses.with_(joints=poses.joints - poses.joints[:, :1], root=poses.joints[:, 0])
+    level = poses.with_(joints=poses.joints - poses.joints[:, :1], path=RootPath(poses.joints[:, 0]))
     assert floor_height(level) == pytest.approx(0, abs=0.02)
-    raised = level.with_(root=level.root + np.array([0, 0, 0.7]))
+    raised = level.with_(path=RootPath(level.root + np.array([0, 0, 0.7])))
     assert floor_height(raised) == pytest.approx(floor_height(level) + 0.7)
 
 
 def test_the_floor_is_told_by_the_feet_that_are_seen(poses):
     joints = poses.joints - poses.joints[:, :1]
-    level = poses.with_(joints=joints, root=poses.joints[:, 0])
+    level = poses.with_(joints=joints, path=RootPath(poses.joints[:, 0]))
     whole = floor_height(level)
     ankles = [poses.layout.index(f"{side}_ankle") for side in "rl"]
     hidden = joints.copy()

@@ -43,9 +43,9 @@ def test_the_take_is_the_one_that_was_run(run):
     take, back = run[0], read_run(run[1])
     assert take.keypoints is not None
     for what, lacking in {
-        "poses": {"notices", "confidence", "covariance", "root", "root_covariance", "feet"},
+        "poses": {"notices", "confidence", "covariance", "path", "feet"},
         "keypoints": {"notices", "history", "covariance"},
-        "filtered": {"notices", "confidence", "covariance", "root", "root_covariance", "feet"},
+        "filtered": {"notices", "confidence", "covariance", "path", "feet"},
     }.items():
         a, b = getattr(take, what), getattr(back, what)
         for field in fields(a):
@@ -100,8 +100,8 @@ def test_so_is_its_rectification(run):
     if a.level.root is not None:
         same(a.level.root, b.level.root, "root")
         assert (a.level.measured_root is None) == (b.level.measured_root is None)
-        if a.level.root_sd is not None:
-            np.testing.assert_allclose(a.level.root_sd, b.level.root_sd, rtol=1e-12)
+        if a.level.path.sd is not None:
+            np.testing.assert_allclose(a.level.path.sd, b.level.path.sd, rtol=1e-12)
     assert a.up_own.keys() == b.up_own.keys()
     for name, (up, error_deg) in a.up_own.items():
         np.testing.assert_allclose(b.up_own[name][0], up, atol=1e-9)

@@ -8,6 +8,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 
@@ -56,7 +57,7 @@ def test_where_nothing_was_recorded(opened, told):
 def test_rows_carry_all_that_belongs_to_them(opened):
     whole = opened().poses
     root = np.arange(270.0).reshape(90, 3)
-    part = whole.with_(root=root, seams=(20, 35, 60)).rows(30, 60)
+    part = whole.with_(path=RootPath(root), seams=(20, 35, 60)).rows(30, 60)
     np.testing.assert_array_equal(part.root, root[30:60])
     assert part.seams == (5,)
     assert len(part) == 30

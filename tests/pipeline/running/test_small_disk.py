@@ -10,13 +10,13 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
+from pcnet3d.models.lab.bench import of_poses
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.drawing.rerun_file import recording_file
 from pcnet3d.stages.study.live.frames import LivePose
 from pcnet3d.stages.study.live.recording import live_recording
 from pcnet3d.stages.study.live.source import Shot
 from refusals import refused
-from walks import of_poses
 
 _COMMAND = """
 from collections import namedtuple

@@ -2,8 +2,8 @@
 
 import threading
 
+from pcnet3d.models.lab.bench import of_poses
 from pcnet3d.pipeline import run_files
-from walks import of_poses
 
 
 def test_threads_run_at_once(tmp_path):

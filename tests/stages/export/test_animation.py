@@ -264,9 +264,9 @@ def test_knees_and_elbows_bend_about_their_bones_x_axis(walked, glb):
 
 def test_a_pelvis_whose_path_is_not_known_is_not_moved(walked, glb):
     take = walked()
-    found, arrays, _ = glb(take.with_(filtered=take.filtered.with_(root=None)))
+    found, arrays, _ = glb(take.with_(filtered=take.filtered.with_(path=None)))
     assert moved_by(found, arrays, 0, "translation") is None
-    armed = armature(take.with_(filtered=take.filtered.with_(root=None)))
+    armed = armature(take.with_(filtered=take.filtered.with_(path=None)))
     np.testing.assert_allclose(found["nodes"][0]["translation"], armed.root[0], atol=1e-9)
 
 

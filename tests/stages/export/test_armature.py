@@ -15,8 +15,9 @@ from refusals import refused
 
 def of_rows(filtered, kept, **changes):
     """The filtered poses of those rows alone."""
-    arrays = ("joints", "root", "confidence", "time_s", "frame_index")
-    return replace(filtered, **{name: getattr(filtered, name)[kept] for name in arrays} | changes)
+    arrays = ("joints", "confidence", "time_s", "frame_index")
+    path = filtered.path.each(lambda values: values[kept])
+    return replace(filtered, path=path, **{name: getattr(filtered, name)[kept] for name in arrays} | changes)
 
 
 def posed(found):
@@ -103,7 +104,7 @@ def test_a_straight_upper_arm_needs_no_wrist(gappy, walk):
 
 def test_without_a_path_the_pelvis_stays_above_feet_on_the_floor(walked):
     take = walked()
-    filtered = take.filtered.with_(root=None)
+    filtered = take.filtered.with_(path=None)
     found = armature(take.with_(filtered=filtered))
     assert np.ptp(found.root, axis=0).max() == 0
     assert found.root[0, 1] == pytest.approx(0.93, abs=0.03)

@@ -1,6 +1,8 @@
 """The trunk's coordinates of angles.mot: they pose a body with OpenSim's axes, whose back does not bend, so that its
 joints are as in TRC."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -36,7 +38,8 @@ def turned(take, R_level_from_before):
     """The take with its filtered joints turned about the origin, and the angles of that."""
     path = take.filtered
     moved = path.with_(
-        joints=rotate(R_level_from_before, path.joints), root=rotate(R_level_from_before, path.root)
+        joints=rotate(R_level_from_before, path.joints),
+        path=replace(path.path, points=rotate(R_level_from_before, path.root)),
     )
     return take.with_(filtered=moved)
 
@@ -118,6 +121,6 @@ def test_a_turn_on_the_spot_goes_on_beyond_180_degrees(walked, written):
 
 def test_without_a_path_the_trunk_turns_and_does_not_move(walked, written):
     take = Angles()(walked())
-    found, _ = written(take.with_(filtered=take.filtered.with_(root=None)))
+    found, _ = written(take.with_(filtered=take.filtered.with_(path=None)))
     assert set(TURNS) < set(found)
     assert "trunk_tx" not in found

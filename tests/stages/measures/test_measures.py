@@ -1,5 +1,7 @@
 """Measures of the walker against what it did, what is absent and why, their table, and the recording's share."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -158,7 +160,9 @@ def test_a_path_that_is_less_certain_than_long_has_no_length(walk, take):
     camera = aimed(walk.root.mean(axis=0), 6.0, 100, 0.0, 0.0)
     seen = Place()(filmed(walk, camera))
     quivers = 0.01 * np.random.default_rng(0).normal(size=seen.poses.root.shape)
-    still = seen.with_(poses=seen.poses.with_(root=seen.poses.root.mean(axis=0) + quivers))
+    still = seen.with_(
+        poses=seen.poses.with_(path=replace(seen.poses.path, points=seen.poses.root.mean(axis=0) + quivers))
+    )
     walks, stands = (nested(Pipeline(STAGES)(each).measures)["paths"]["root"] for each in (seen, still))
     assert walks["path_length"] > 5
     assert set(stands) == {"withheld", "frames", "nan_share"}

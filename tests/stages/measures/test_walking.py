@@ -13,6 +13,7 @@ from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.measures.stage import Measures
@@ -159,7 +160,7 @@ def test_no_cadence_from_fewer_than_three_strides(walk):
         confidence=None,
         time_s=walk.poses.time_s[rows],
         frame_index=walk.poses.frame_index[rows],
-        root=None if walk.poses.root is None else walk.poses.root[rows],
+        path=walk.poses.path and RootPath(walk.poses.path.points[rows]),
     )
     walking = nested(measured(part).measures)["walking"]
     assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} landings"

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from golden.recordings import Recording
 from pcnet3d.models.common.residuals import LIMBS
 from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.stages.record import stage
 from pcnet3d.stages.record.stage import Record, record
 from pcnet3d.stages.record.summary import summary_markdown
@@ -266,7 +267,7 @@ def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):
     take = make_take()
     root = np.stack([np.linspace(4, 2, 12), 0 * np.arange(12), 1 + 0 * np.arange(12)], axis=-1)
     root[6] = np.nan
-    level = take.rectified.level.with_(root=root)
+    level = take.rectified.level.with_(path=RootPath(root))
     _, recording = taken(rectified=replace(take.rectified, level=level))
     same(np.squeeze(recording.over_time("level", "Transform3D:translation")[2]), root.astype(np.float32))
     strips = recording.static("walk/path", "LineStrips3D:strips")

@@ -8,6 +8,7 @@ from golden.walks import GEOMETRIC, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import CAMERA, Y_UP, Pipeline, change_frame
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.stages.record.stage import record
 from pcnet3d.stages.record.walk import _ellipses, walked
@@ -24,7 +25,7 @@ def seen_by(walk):
 def take(walk, seen_by):
     """The walker, whose place before the camera is known."""
     take, root = filmed(walk, seen_by), seen_by.points(walk.root[:, None])[:, 0]
-    poses = take.poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"), root=root)
+    poses = take.poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"), path=RootPath(root))
     return Pipeline(GEOMETRIC[:3])(take.with_(poses=poses))
 
 

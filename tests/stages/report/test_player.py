@@ -47,7 +47,7 @@ def test_a_gap_is_no_pose(walk_take):
 
 
 def test_without_a_place_the_lower_foot_stands(walk_take):
-    away = walk_take.filtered.with_(root=None, root_covariance=None)
+    away = walk_take.filtered.with_(path=None)
     points = points_of(held_of(skeleton_player(walk_take.with_(filtered=away))))
     feet = points[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
     assert feet.min(axis=1).max() < 0.2
@@ -59,7 +59,7 @@ def test_a_long_take_has_fewer_frames(walk_take):
     rows = np.arange(10_000) % len(level)
     long = level.with_(
         joints=level.joints[rows], confidence=level.confidence[rows], time_s=np.arange(10_000) / 30,
-        frame_index=np.arange(10_000), root=None, root_covariance=None, covariance=None, feet=None, seams=(),
+        frame_index=np.arange(10_000), path=None, covariance=None, feet=None, seams=(),
     )  # fmt: skip
     markup = str(skeleton_player(walk_take.with_(filtered=long)))
     assert len(held_of(markup)["times"]) == 2500

@@ -27,6 +27,7 @@ from pcnet3d.models.lab.evaluation.statements import (
     up,
 )
 from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
 from pcnet3d.pipeline.reading.mocap import Clip
@@ -178,9 +179,9 @@ def placed(exact, factor, sd):
     """The poses with their pelvis `factor` times as far away."""
     frames = len(exact.truth.truth)
     return exact.take.need("poses").with_(
-        root=factor * exact.truth.joints_camera[:, 0],
-        root_covariance=np.tile(sd**2 * np.eye(3), (frames, 1, 1)),
-        root_shared=(0.037, 0.0),
+        path=RootPath(
+            factor * exact.truth.joints_camera[:, 0], np.tile(sd**2 * np.eye(3), (frames, 1, 1)), (0.037, 0.0)
+        ),
     )
 
 
