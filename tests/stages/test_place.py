@@ -9,7 +9,7 @@ import pytest
 from golden.walks import FOCAL_PX as FOCAL
 from golden.walks import GEOMETRIC, JUDGED, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
-from pcnet3d.models.lab.errors.paths import frame_by_frame
+from pcnet3d.models.lab.evaluation.statements import frame_by_frame
 from pcnet3d.models.place.flights import falls
 from pcnet3d.pipeline import (
     CAMERA,

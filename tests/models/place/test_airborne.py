@@ -8,8 +8,7 @@ import pytest
 from golden.jumps import STATURE_M, standing, toe_jump
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.models.lab.evaluation.finished import Configuration, finished
-from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
+from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, Question, finished
 from pcnet3d.models.place.airborne import airborne
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Background, Camera
