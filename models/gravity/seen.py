@@ -14,6 +14,7 @@ from .evidence import FRAMES, Evidence, about
 from .votes import (
     BESIDE,
     BESIDE_SHARE,
+    LIES,
     OWN_LEAN_DEG,
     RAISED_LEAN_DEG,
     VIEW,
@@ -72,7 +73,8 @@ def of_frames(seen: Seen) -> list[Evidence]:
 def leaning(seen: Seen, up: np.ndarray) -> np.ndarray:
     """(T, 13) of each frame, where the body faces or turns its back, level for up (3,) or (T, 3): the outer product of
     that direction with itself, (9,), and whether both arms are raised; and how far, and in which direction, the middle
-    of the trunk is beside the feet in the image, over its height, (3,). Zeros of frames without a rotation."""
+    of the trunk is beside the feet in the image, over its height, (3,); 0 of who lies. Zeros of frames without a
+    rotation."""
     facing = seen.R_camera_from_body[..., 0]
     facing = np.nan_to_num(unit(facing - (facing * up).sum(-1, keepdims=True) * up))
     rise = ((seen.joints[:, _WRISTS] - seen.joints[:, _SHOULDERS]) * up[..., None, :]).sum(-1)
@@ -80,7 +82,8 @@ def leaning(seen: Seen, up: np.ndarray) -> np.ndarray:
     pelvis, thorax, *ankles = np.moveaxis(seen.joints[:, _BALANCED], 1, 0)
     over_feet = unit((pelvis + thorax - sum(ankles)).astype(np.float64))
     right = unit(np.cross(up, VIEW))
-    beside = np.nan_to_num((over_feet * right).sum(-1, keepdims=True) * right)
+    share = np.nan_to_num((over_feet * right).sum(-1, keepdims=True))
+    beside = np.where(abs(share) < LIES, share, 0.0) * right
     square = (facing[:, :, None] * facing[:, None]).reshape(-1, 9)
     return np.concatenate([square, raised, beside], axis=-1)
 
