@@ -8,7 +8,7 @@ from golden.catalogue import CATALOGUE, Golden
 from pcnet3d.pipeline.reading.testing import Facts, check_adapter
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
-COLUMNS = ("adapter", "golden file", "x, y, z; unit", "knows", "people")
+COLUMNS = ("adapter", "files", "x, y, z; unit", "knows", "people")
 BEGIN, END = "<!-- table: written by the tests -->\n\n", "\n<!-- end of the table -->"
 PEOPLE = {"one": "one", "named": "named", "joined": "joined", "": ""}
 
@@ -34,7 +34,12 @@ def row(golden: Golden, found: Facts) -> list[str]:
 
 
 def table(rows: list[list[str]]) -> str:
-    lines = [COLUMNS, ["---"] * len(COLUMNS), *rows]
+    """A line for each adapter's files that show the same."""
+    files: dict[tuple[str, ...], list[str]] = {}
+    for adapter, form, *shown in rows:
+        files.setdefault((adapter, *shown), []).append(form)
+    joined = [[adapter, "; ".join(forms), *shown] for (adapter, *shown), forms in files.items()]
+    lines = [COLUMNS, ["---"] * len(COLUMNS), *joined]
     return "".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |\n" for line in lines)
 
 
