@@ -239,12 +239,10 @@ def merged(rows: Rows, new: Rows) -> Rows:
 def of_kinds(named: Sequence[str]) -> dict[str, list[str]]:
     """The statements that documents show together, by kind, each once."""
     names = list(dict.fromkeys(named))
-    angles = [name for name in names if f"rate of {name}" in names]
     return {
-        "angles": angles,
-        "rates": [f"rate of {name}" for name in angles],
+        "ranges": [name for name in names if name.startswith("range of ")],
+        "rates": [name for name in names if name.startswith("rate of ")],
         "sides": [name for name in names if name.startswith("right less left range ")],
-        "motions": [name for name in names if name.startswith(("wrist ", "ankle "))],
         "places": [name for name in names if name.startswith(("pelvis ", "body's ", "focal "))],
     }
 
