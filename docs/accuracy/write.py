@@ -134,8 +134,6 @@ BLOCKS = {
             "real, rectified/apart/*/*, a frame/*",
             "real, rectified/apart/*/pcnet, a take/*",
             "real, rectified/up/*/*",
-            "real, rectified/trunk/*, pcnet3d on MoveNet/pcnet/*",
-            "real, rectified/trunk/*, BlazePose/pcnet/*",
         ),
     ),
 }
