@@ -44,7 +44,6 @@ def test_what_is_not_run():
         "start: installs packages from the network",
         "start: opens a window",
         "training: a test of its own runs it",
-        "training: needs a machine on which nothing is installed",
         "training: needs motion capture that is downloaded by hand",
         "training: needs the motion capture that the shipped networks were trained on, and hours",
         "training: needs the project's own data",
