@@ -82,8 +82,8 @@ def leaning(seen: Seen, up: np.ndarray) -> np.ndarray:
     pelvis, thorax, *ankles = np.moveaxis(seen.joints[:, _BALANCED], 1, 0)
     over_feet = unit((pelvis + thorax - sum(ankles)).astype(np.float64))
     right = unit(np.cross(up, VIEW))
-    share = np.nan_to_num((over_feet * right).sum(-1, keepdims=True))
-    beside = np.where(abs(share) < LIES, share, 0.0) * right
+    share = (over_feet * right).sum(-1, keepdims=True)
+    beside = np.nan_to_num(np.where(abs(share) < LIES, share, 0.0) * right)
     square = (facing[:, :, None] * facing[:, None]).reshape(-1, 9)
     return np.concatenate([square, raised, beside], axis=-1)
 

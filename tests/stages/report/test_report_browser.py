@@ -70,7 +70,7 @@ def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, un
     charts = browser.value(
         "[...document.querySelectorAll('.chart > svg')].map(s => s.checkVisibility() && s.clientWidth)"
     )
-    assert len(charts) >= 20
+    assert len(charts) >= 15
     assert all(shown is False or shown > 250 for shown in charts)  # those within details are not shown
     assert browser.value("document.documentElement.scrollWidth") <= width
     sizes = (
