@@ -211,7 +211,8 @@ def _bent(rays: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
 
 
 def _coefficients(intrinsics: Intrinsics) -> np.ndarray:
-    return np.array(intrinsics.distortion or (0.0, 0.0, 0.0, 0.0))
+    # Of whole numbers OpenCV would read memory beyond them.
+    return np.array(intrinsics.distortion or (0, 0, 0, 0), dtype=np.float64)
 
 
 @lru_cache(maxsize=2)

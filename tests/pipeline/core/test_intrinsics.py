@@ -72,6 +72,18 @@ def test_points_that_the_lens_cannot_have_drawn_go_missing():
     assert np.isnan(far[1]).all()
 
 
+def test_coefficients_that_are_whole_numbers_are_those_of_the_same_floats():
+    """OpenCV took them for floats, and read what stood behind them in memory."""
+    rays = np.random.default_rng(0).uniform(-2, 2, (500, 2))
+    for _ in range(50):
+        whole, same = (
+            Intrinsics((500, 500), (640, 360), zeros, True, SIZE) for zeros in ((0,) * 4, (0.0,) * 4)
+        )
+        np.testing.assert_array_equal(
+            undistorted(filmed(rays, same), whole), undistorted(filmed(rays, same), same)
+        )
+
+
 @pytest.mark.parametrize("name", LENSES)
 def test_the_image_goes_where_its_points_go(name):
     lens = LENSES[name]
