@@ -7,6 +7,7 @@ take; an empty cell shifts the columns of some.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +68,7 @@ def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
     ]
     body = np.column_stack([np.arange(1, rows + 1), points.time_s, points.joints.reshape(rows, -1)])
     with whole_file(path) as partial:
-        write_table(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
+        _write(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
     return ()
 
 
@@ -104,23 +105,8 @@ def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
             "trunk_tx, trunk_ty and trunk_tz are metres, of the pelvis's origin in the model before scaling, "
             f"{forward:.0f} mm in front of the middle of the hips and {up:.0f} mm above it"
         )
-    lines = [
-        f"{name}: {text}" for name, text in provenance(take, frame_over_the_floor(take, OPENSIM)).items()
-    ]
-    head = [
-        path.name,
-        "version=1",
-        f"nRows={len(poses)}",
-        f"nColumns={len(angles) + len(trunk) + 1}",
-        "inDegrees=yes",
-        *(line.replace("=", ":") for line in [*lines, *notes]),
-        "endheader",
-        "\t".join(["time", *trunk, *(theirs for theirs, _ in renamed.values())]),
-    ]
-    signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
-    with whole_file(path) as partial:
-        body = np.column_stack([poses.times, *trunk.values(), *signed])
-        write_table(partial, head, body, ["%.6f"] * body.shape[1])
+    signed = {theirs: sign * angles[ours] for ours, (theirs, sign) in renamed.items()}
+    write_motion(take, path, poses.times, {**trunk, **signed}, notes)
     return ()
 
 
@@ -149,7 +135,30 @@ def _trunk(take: Take) -> dict[str, np.ndarray]:
     return coordinates
 
 
-def write_table(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
+def write_motion(
+    take: Take, path: Path, time_s: np.ndarray, coordinates: Mapping[str, np.ndarray], notes: Sequence[str]
+) -> None:
+    """A file of motion: coordinates (N,) at time_s (N,), degrees and metres, by their names; the take's provenance and
+    the notes are in its head."""
+    lines = [
+        f"{name}: {text}" for name, text in provenance(take, frame_over_the_floor(take, OPENSIM)).items()
+    ]
+    head = [
+        path.name,
+        "version=1",
+        f"nRows={len(time_s)}",
+        f"nColumns={len(coordinates) + 1}",
+        "inDegrees=yes",
+        *(line.replace("=", ":") for line in [*lines, *notes]),
+        "endheader",
+        "\t".join(["time", *coordinates]),
+    ]
+    with whole_file(path) as partial:
+        body = np.column_stack([time_s, *coordinates.values()])
+        _write(partial, head, body, ["%.6f"] * body.shape[1])
+
+
+def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
     """The lines of a head, and (N, C) numbers below them, tabs between."""
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(head) + "\n")

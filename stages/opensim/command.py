@@ -18,9 +18,8 @@ from ...pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ...pipeline.files.digest import sha256
 from ...pipeline.files.finished import read_run
 from ...pipeline.reading.flags import Force
-from ..export.markers import OPENSIM, frame_over_the_floor, markers
-from ..export.opensim import COORDINATES, write_table, write_trc
-from ..export.provenance import provenance
+from ..export.markers import OPENSIM, markers
+from ..export.opensim import COORDINATES, write_motion, write_trc
 from .model import Solved, follow, opensim
 
 _FOLDER = "opensim"  # in the run's, by default
@@ -68,7 +67,8 @@ def command(
         solved = solve(take, model, mass)
         agreement = agreements(take, solved)
         write_trc(with_path(take), partial / "markers.trc")
-        write_motion(take, solved, partial / "ik.mot")
+        coordinates = dict(zip(solved.names, solved.coordinates.T, strict=True))
+        write_motion(with_path(take), partial / "ik.mot", solved.time_s, coordinates, _notes(solved))
         solved.model.setName(f"{solved.model.getName()}_scaled")
         solved.model.printToXML(str(partial / "scaled.osim"))
         write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved, agreement)))
@@ -116,23 +116,14 @@ def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
     return result
 
 
-def write_motion(take: Take, solved: Solved, path: Path) -> None:
-    """ik.mot: all coordinates of the model over time, in degrees and metres."""
-    lines = {**provenance(take, frame_over_the_floor(with_path(take), OPENSIM)), "axial": _AXIAL}
-    if solved.fixed:
-        lines["not told by the joints, left at the model's default"] = ", ".join(solved.fixed)
-    head = [
-        path.name,
-        "version=1",
-        f"nRows={len(solved.time_s)}",
-        f"nColumns={len(solved.names) + 1}",
-        "inDegrees=yes",
-        *(f"{name}: {text}".replace("=", ":") for name, text in lines.items()),
-        "endheader",
-        "\t".join(["time", *solved.names]),
-    ]
-    body = np.column_stack([solved.time_s, solved.coordinates])
-    write_table(path, head, body, ["%.6f"] * body.shape[1])
+def _notes(solved: Solved) -> list[str]:
+    """What a reader of ik.mot has to know."""
+    untold = (
+        [f"not told by the joints, left at the model's default: {', '.join(solved.fixed)}"]
+        if solved.fixed
+        else []
+    )
+    return [f"axial: {_AXIAL}", *untold]
 
 
 def _content(model: Path, version: str, solved: Solved, agreement: dict[str, Agreement]) -> dict[str, Any]:
