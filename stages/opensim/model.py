@@ -151,6 +151,10 @@ def follow(
 
 
 def _opened(package: Any, path: Path) -> Any:
+    if not path.is_file():
+        raise InputError(
+            "cannot-open", f"Expected a model of OpenSim (.osim) at {path}, found no file there."
+        )
     try:
         model = package.Model(str(path))
         model.initSystem()

@@ -109,6 +109,9 @@ def test_no_model_is_refused(tmp_path, joints, content):
     with pytest.raises(InputError) as refused:
         follow(tmp_path / "no.osim", *joints)
     assert refused.value.code == "wrong-content"
+    with pytest.raises(InputError) as refused:
+        follow(tmp_path / "nothing.osim", *joints)
+    assert refused.value.code == "cannot-open"
 
 
 @pytest.fixture
