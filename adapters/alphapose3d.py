@@ -28,7 +28,6 @@ name = "alphapose3d"
 gives = "poses"
 made_by = MadeBy("estimated", "AlphaPose")
 reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_jts) in camera axes"
-marks = ("image_id", "pred_xyz_jts", "idx")
 
 _KEY = "pred_xyz_jts"
 _SMPL = Layout("SMPL24", (*SMPL, "l_hand", "r_hand"))

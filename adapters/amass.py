@@ -18,7 +18,6 @@ from .kit.world import Maker, maker, people_of
 name = "amass"
 gives = "poses"
 reads = ".npz of AMASS with joints beside the parameters: metres, z up, SMPL's order or named"
-marks = ("joints", "mocap_framerate", "poses", "trans", "betas")
 
 _PARAMETERS = {"poses", "trans", "betas"}
 _RATES = {"mocap_framerate", "mocap_frame_rate", "fps"}

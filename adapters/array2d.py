@@ -27,7 +27,6 @@ general = True
 reads = (
     "2D keypoints in an .npy of (frames, joints, 2 or 3), or rtmlib's keypoints and scores in an .npz, pixels"
 )
-marks = (("frames", len(COCO17), 2), ("frames", len(COCO17), 3), "keypoints", "scores")
 
 _KEYS = ("keypoints", "scores")
 _MOST_SCORE = 2.0  # and no third coordinate

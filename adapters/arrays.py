@@ -28,8 +28,11 @@ from .kit.world import Maker, maker, upright
 name = "arrays"
 gives = "poses"
 reads = "any .npy or .npz of (frames, joints, 3), with options layout, frame, unit and, for an .npz, key"
-marks = (lifters.FRAMES,)
 
+_HOW = (
+    "say what it holds with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m, or whichever layout, axes and "
+    "unit it has"
+)
 _BESIDE = ("confidence", "time_s", "frame_index")
 # LEVEL and BODY are what rectification makes, IMAGE is 2D.
 _FRAMES = {key: frame for key, frame in FRAMES.items() if frame.family in ("camera", "world")}
@@ -46,9 +49,12 @@ def sniff(path: Path) -> bool:
 
 
 def lacks(path: Path) -> str:
-    """Why an array of 17 joints is not read for what its body shows; "" for anything else. Never raises."""
+    """Why an array is not read for what its body shows, and how it is read; "" for anything else. Never raises."""
+    if path.suffix not in (".npy", ".npz"):
+        return ""
     joints = peek(path, lifters.FRAMES)
-    return "" if joints is None else why_no_body(joints)
+    reason = "it is not (frames, 17, 3)" if joints is None else why_no_body(joints)
+    return f"{reason}; {_HOW}"
 
 
 def read(
@@ -96,8 +102,7 @@ def _judged(path: Path) -> PoseSequence:
     if why := why_no_body(joints, sides=False):
         raise InputError(
             "wrong-axes",
-            f"{path}: expected Human3.6M's joints in camera axes, as nothing else is said of it, but {why}; say what "
-            "it holds with -O layout=H36M17 -O frame=CAMERA -O unit=m, or whichever layout, axes and unit it has.",
+            f"{path}: expected Human3.6M's joints in camera axes, as nothing else is said of it, but {why}; {_HOW}.",
         )
     unit = _unit_from_camera(joints)
     poses = lifters.in_camera(joints, frame=CAMERA.with_(origin="camera", unit=unit or "arbitrary"))
@@ -130,7 +135,7 @@ def why_no_body(joints: np.ndarray, sides: bool = True) -> str:
         return "the lengths of its bones are not those of a body in that order"
     tall = lifters.length_along_bones(whole)
     if _MILLIMETRES[0] < tall < _MILLIMETRES[1] and not _unit_from_camera(joints):
-        return f"a body in it measures {tall:.0f}, as in millimetres or pixels"
+        return f"a body in it measures {tall:.0f}, as in millimetres (unit=mm) or pixels"
     stands = upright(whole, H36M17)
     if not (-stands[:, 1] > _UPRIGHT).all():
         axis = int(np.abs(stands).sum(axis=0).argmax())

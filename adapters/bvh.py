@@ -23,7 +23,6 @@ from .kit.world import Maker, check_upright, maker, world
 name = "bvh"
 gives = "poses"
 reads = "BVH of motion capture programs: skeletons under names in use, y up"
-marks = ("HIERARCHY", "ROOT", "CHANNELS", "MOTION")
 
 _BEGINS = b"HIERARCHY"
 

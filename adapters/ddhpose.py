@@ -27,9 +27,7 @@ name = "ddhpose"
 gives = "poses"
 made_by = MadeBy("estimated", "DDHPose")
 reads = "DDHPose, D3DP and MixSTE exports (.npy), also as clips of 243 with steps and proposals, metres"
-marks = (*CLIPS, FRAMES)
 
-apart = "metres, and clips of 243 frames begin anew"
 
 _CLIPS, _ALL_CLIPS, _ALL_FRAMES = CLIPS
 _CLAMP_M = 1.1  # the diffusion's range on each axis

@@ -21,7 +21,6 @@ from .kit.people import People
 name = "detectron"
 gives = "keypoints"
 reads = "VideoPose3D's Detectron detections, <video>.npz of boxes and keypoints, COCO-17"
-marks = ("boxes", "keypoints", "segments", "metadata")
 
 _X, _Y, _PROBABILITY = 0, 1, 3  # rows of a person; between them is a logit, 0 from Detectron 2
 

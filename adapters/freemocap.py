@@ -33,7 +33,6 @@ name = "freemocap"
 gives = "poses"
 made_by = MadeBy("estimated", "FreeMoCap")
 reads = "FreeMoCap's *_body_3d_xyz.npy and .csv, freemocap_data_by_frame.csv, mediaPipeSkel_...npy: millimetres, z up"
-marks = ("frame", "keypoint", "x", "y", "z", ("frames", len(BLAZEPOSE33), 3), ("frames", len(COCO23), 3))
 
 _SHAPES = (
     ("frames", len(BLAZEPOSE33), 3),

@@ -34,7 +34,6 @@ reads = (
     "JSON of 2D keypoints, a file or a folder of frames: AlphaPose, OpenPose, MMPose, COCO, Ultralytics, TF.js, "
     "OpenPifPaf, EasyMocap, own scripts, pixels"
 )
-marks = ("keypoints", "score")
 
 _BODIES = ("bodies", "people")  # of AlphaPose's --format cmu and open
 _WHAT = "2D keypoints in JSON"

@@ -32,7 +32,6 @@ reads = (
     "JSON of 3D joints: EasyMocap's keypoints3d, Azure Kinect's and ZED's bodies, in a world or a camera; folder of "
     "OpenPose's --3d --write_json"
 )
-marks = KEYPOINTS_3D
 
 
 def _sided(*parts: str) -> tuple[str, ...]:

@@ -11,7 +11,6 @@ from ..pipeline.files.detections import load_detections
 name = "keypoints"
 gives = "keypoints"
 reads = "keypoints.npz of a pcnet3d run on a video alone"
-marks = ("frames_seen", "change", "layout")
 
 
 def sniff(path: Path) -> bool:

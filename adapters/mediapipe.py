@@ -34,7 +34,6 @@ name = "mediapipe"
 gives = "poses"
 made_by = MadeBy("estimated", "MediaPipe")
 reads = "MediaPipe Pose world landmarks in CSV, JSON or .npy, metres; image landmarks are refused"
-marks = ("pose_world_landmarks", "landmark", "visibility", ("frames", len(BLAZEPOSE33), 3))
 
 COUNT = len(BLAZEPOSE33)
 _WORLD = (

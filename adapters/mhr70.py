@@ -33,7 +33,6 @@ name = "mhr70"
 gives = "poses"
 made_by = MadeBy("estimated", "SAM 3D Body or InstantHMR")
 reads = ".npz, folder of .npz or JSON of SAM 3D Body or InstantHMR: 70 keypoints in camera axes, metres"
-marks = ("pred_keypoints_3d", "pred_cam_t", "joints_3d", "cam_trans")
 
 _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
     "pred_keypoints_3d": "pred_cam_t",  # SAM 3D Body

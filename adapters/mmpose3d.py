@@ -35,7 +35,6 @@ reads = (
     "3D JSON of MMPose 1.x: lifters, inferencer or demo, no known scale (with option metric: metres); RTMW3D's demo, "
     "metres by a stature that is assumed (option stature_m)"
 )
-marks = ("frame_id", "instances", "keypoints", "keypoint_scores")
 
 _LIFTED = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="lowest joint")
 _RTMW3D = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")

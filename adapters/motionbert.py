@@ -23,9 +23,6 @@ made_by = MadeBy("estimated", "MotionBERT")
 reads = (
     "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
 )
-marks = (FRAMES,)
-
-apart = "its units are no metres, and clips of 243 frames begin anew"
 
 
 def sniff(path: Path) -> bool:

@@ -32,7 +32,6 @@ name = "phalp"
 gives = "poses"
 made_by = MadeBy("estimated", "PHALP")
 reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (GVHMR and GEM-X results are refused with the reason)"
-marks = ("tid", "3d_joints", "tracked_time")
 
 _JOINTS = "3d_joints"
 _COUNT = 45

@@ -21,7 +21,6 @@ from .kit.world import Maker, check_upright, maker
 name = "soma"
 gives = "poses"
 reads = ".npz with posed_joints of NVIDIA's SOMA body (Kimodo's format): metres, y up"
-marks = ("posed_joints", "global_rot_mats")
 
 _KEY = "posed_joints"
 _LAYOUTS = {len(layout): layout for layout in (SOMA77, SOMA30)}

@@ -25,7 +25,6 @@ general = True
 reads = (
     "tables of 2D keypoints: CSV of DeepLabCut and Lightning Pose, a column or a row for each joint, pixels"
 )
-marks = ("x", "y", "likelihood", "knee", "wrist")
 
 _SHARES = 1.5  # of the image; a joint may lie beside it
 

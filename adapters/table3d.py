@@ -27,7 +27,6 @@ general = True
 reads = (
     "tables of 3D joints under common names: anipose's CSV, a column or a row a joint, in a world or a camera"
 )
-marks = ("x", "y", "z", "knee", "wrist")
 
 
 def sniff(path: Path) -> bool:
@@ -35,6 +34,14 @@ def sniff(path: Path) -> bool:
     if header is None or header.dims != 3 or not set(LIMBS) <= joints_named(sorted(header.points)).keys():
         return False
     return not any(other.sniff(path) for other in (freemocap, mediapipe, mhr70))
+
+
+def lacks(path: Path) -> str:
+    """The limbs that a table of others of a body's joints has not; "" for anything else. Never raises."""
+    header = header_of(path)
+    named = {} if header is None or header.dims != 3 else joints_named(sorted(header.points))
+    missing = [joint for joint in LIMBS if joint not in named]
+    return f"it has no {', '.join(missing)}" if 0 < len(missing) < len(LIMBS) else ""
 
 
 def read(

@@ -24,7 +24,6 @@ from .kit.world import Maker, maker, people_of
 name = "trc"
 gives = "poses"
 reads = "TRC of OpenSim and Pose2Sim: joint centres in a world, y up"
-marks = ("PathFileType", "DataRate", "NumMarkers", "Units")
 
 _BEGINS = b"PathFileType"
 _SPORTS2D = re.compile(r"_(m|px)_person\d+\.trc\b")

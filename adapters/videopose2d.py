@@ -21,7 +21,6 @@ from .kit.people import People
 name = "videopose2d"
 gives = "keypoints"
 reads = "VideoPose3D's 2D sets, data_2d_<set>_<detector>.npz (options video, action, camera), COCO-17 or Human3.6M"
-marks = ("positions_2d", "metadata")
 
 _LAYOUTS = {"coco": COCO17, "h36m": H36M17}
 

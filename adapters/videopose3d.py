@@ -21,9 +21,7 @@ name = "videopose3d"
 gives = "poses"
 made_by = MadeBy("estimated", "a lifter of VideoPose3D's format (such as MHFormer)")
 reads = "VideoPose3D, MixSTE, video-to-pose3D (.npy), MHFormer, StridedTransformer (.npz or the vis.py folder), metres"
-marks = (FRAMES, "reconstruction")
 
-apart = "metres, without clips"
 
 _KEY = "reconstruction"
 _IN_FOLDER = Path("output_3D", "output_keypoints_3d.npz")

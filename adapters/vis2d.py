@@ -18,7 +18,6 @@ from .kit.people import People
 name = "vis2d"
 gives = "keypoints"
 reads = "input_2D/keypoints.npz, or the folder it is in, of demo/vis.py (MHFormer, MotionAGFormer and kin)"
-marks = ("reconstruction",)
 
 _FILE = Path("input_2D", "keypoints.npz")
 _KEY = "reconstruction"

@@ -32,7 +32,6 @@ name = "wham"
 gives = "poses"
 made_by = MadeBy("estimated", "WHAM")
 reads = "wham_output.pkl of WHAM (with option regressor: SMPL's, as a .npy), MoViD's and VIBE's: camera axes, metres"
-marks = ("verts", "frame_ids", "pose_world")
 
 _VERTICES, _JOINTS = 6890, "joints3d"
 _SPIN = 49  # joints of VIBE

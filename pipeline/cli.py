@@ -24,7 +24,6 @@ from .core.messages import Detail, is_verbose, say, set_detail
 from .core.system import limit_opencv
 from .plugins import registry
 from .plugins.options import did_you_mean
-from .plugins.removed import refuse_removed
 
 _OWN = {
     "run": "pcnet3d.pipeline.running.command:run",
@@ -56,8 +55,6 @@ class _Command(TyperCommand):
                 set_detail(_DETAILS[word])
         args = [word for word in words if word not in _DETAILS] + args[len(words) :]
         unknown = {word.partition("=")[0] for word in words if word.startswith("--")} - own
-        for flag in unknown:
-            refuse_removed("flags", f"{self.name} {flag}")
         if "--set" in own:
             from .reading.settings import in_words, settings_named
 
@@ -91,7 +88,6 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, names = args[0], _points(self.group)
         if name not in names and not name.startswith("-"):
-            refuse_removed(self.group, name)
             raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, names)}")
         return name, load_command(name, self.group), args[1:]
 

@@ -56,7 +56,7 @@ def lifters_of(joints: np.ndarray) -> frozenset[str]:
     root = joints[:, H36M17.index("pelvis")]
     if root[0, 2] == 0 and root[0, :2].any():
         return frozenset({"motionbert"})
-    if joints.any() and ((root == 0) | np.isnan(root)).all() and not in_pixels(joints):
+    if np.nan_to_num(joints).any() and ((root == 0) | np.isnan(root)).all() and not in_pixels(joints):
         return frozenset({"motionbert", "ddhpose", "videopose3d"} if looks_metric(joints) else {"motionbert"})
     return frozenset({"videopose3d"} if looks_metric(joints) else {"arrays"})
 

@@ -27,10 +27,8 @@ class Adapter(Protocol):
         and a frame that says its axes; InputError when the file is not what it should be.
 
     Optional: `made_by`, a pipeline.core.pose.MadeBy, if all of its files are made by the same program or method;
-    `marks`, names of columns, keys and arrays, and shapes of arrays, that its files have, by which it is named as near
-    to a file that no adapter recognises; `lacks(path)`, instead of them, why it does not take a file that is much like
-    its own, "" for any other; `apart`, what sets its files apart from others' that look the same; `general`, that
-    it reads what many programs write, and steps back where an adapter of one program recognises the file.
+    `lacks(path)`, why it does not take a file that is much like its own, "" for any other; `general`, that it reads
+    what many programs write, and steps back where an adapter of one program recognises the file.
     """
 
     name: str

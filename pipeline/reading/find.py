@@ -9,12 +9,10 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.messages import say
-from ..files.arrays import Shape
-from ..files.arrays import in_words as in_shape
 from ..plugins import registry
 from ..plugins.options import did_you_mean
 from ..plugins.protocols import Adapter
-from .describe import in_words, names_in, refuse_damaged, shapes_in, why_no_input, why_no_joints
+from .describe import in_words, refuse_damaged, why_no_input
 
 _WORDS = {  # what it is, and how a run is given it
     "poses": ("3D poses", "give them with --poses"),
@@ -25,7 +23,6 @@ _WORDS = {  # what it is, and how a run is given it
         "compare a finished run with it by pcnet3d compare RESULTS --imu FILE",
     ),
 }
-_NEAREST = 3  # adapters of a kind that are named for a file that none recognises
 Gives = Literal["poses", "keypoints", "video", "imu"]
 
 
@@ -61,68 +58,25 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if len(fits) == 1:
         return fits[0]
     flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"
-
-    if why := why_no_joints(path):
-        raise InputError("format-unknown", f"{path} is {in_words(path)}. {why}")
     if fits:
-        names = "; ".join(f"{adapter.name} ({getattr(adapter, 'apart', adapter.reads)})" for adapter in fits)
+        names = "; ".join(f"{adapter.name} ({adapter.reads})" for adapter in fits)
         raise InputError(
             "format-ambiguous",
             f"{path} fits several adapters, whose files look alike: {names}. Name the right one with {flag}.",
         )
-    if others := exchanged(path, gives):
-        raise InputError("format-unknown", others)
-    if why := why_no_input(path, gives):
-        raise InputError("format-unknown", why)
+    if reason := exchanged(path, gives) or why_no_input(path, gives):
+        raise InputError("format-unknown", reason)
     refuse_damaged(path)
-    wanted = gives or "poses"
-    own = wanted == "poses" and path.suffix in (".npy", ".npz")
-    arrays = (
-        " For your own array of joints: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m." * own
-    )
+    reasons = [
+        f" Adapter {adapter.name} does not take it: {lacking}."
+        for adapter in candidates.values()
+        if (lacking := getattr(adapter, "lacks", lambda path: "")(path))
+    ]
     raise InputError(
         "format-unknown",
-        f"No adapter recognises {path}: it is {in_words(path)}.{_nearest(path)} `pcnet3d list adapters` says what each "
-        f"reads; name one with {flag}.{arrays}",
+        f"No adapter recognises {path}: it is {in_words(path)}.{''.join(reasons)} `pcnet3d list adapters` says what "
+        f"each reads; name one with {flag}.",
     )
-
-
-def _nearest(path: Path) -> str:
-    """A sentence on the adapters whose files are most like this one, and what it lacks to be one of theirs; "" where
-    none is. Never raises."""
-    names, shapes = names_in(path), shapes_in(path)
-    said = []
-    for gives in ("poses", "keypoints"):
-        likeness = []
-        for adapter in adapters(gives).values():
-            marks = getattr(adapter, "marks", ())
-            wanted = [mark for mark in marks if isinstance(mark, str)]
-            lacks = [word for word in wanted if word not in names]
-            if reason := getattr(adapter, "lacks", lambda path: "")(path):
-                likeness.append((1.0, f"{adapter.name} ({reason})"))
-                continue
-            alike = [
-                (_alike(shape, mark), mark) for mark in marks if isinstance(mark, tuple) for shape in shapes
-            ]
-            near, mark = max(alike, key=lambda pair: pair[0], default=(0.0, ()))
-            if near:
-                reason = getattr(adapter, "apart", "") if near == 1 else f"expects {in_shape(mark)}"
-                likeness.append((near, f"{adapter.name} ({reason or adapter.reads})"))
-            elif wanted and len(lacks) <= len(wanted) / 2:
-                reason = f"lacks {', '.join(lacks)}" if lacks else "holds them in another way"
-                likeness.append((1 - len(lacks) / len(wanted), f"{adapter.name} ({reason})"))
-        best = sorted(likeness, key=lambda item: -item[0])[:_NEAREST]
-        if best:
-            said.append(f"of {_WORDS[gives][0]}, {', '.join(text for _, text in best)}")
-    return f" Nearest are, {'; '.join(said)}." if said else ""
-
-
-def _alike(shape: tuple[int, ...], wanted: Shape) -> float:
-    """The share of axes that are as wanted; 0 unless the last one is, which tells 2D from 3D."""
-    if not shape or len(shape) < 2 or shape[-1] != wanted[-1]:
-        return 0.0
-    pairs = zip(reversed(shape), reversed(wanted), strict=False)
-    return sum(isinstance(want, str) or want == got for got, want in pairs) / max(len(shape), len(wanted))
 
 
 def exchanged(path: Path, gives: str | None) -> str:

@@ -22,7 +22,6 @@ from ..core.errors import InputError
 from ..core.take import Check, Handedness, Swaps, Told
 from ..plugins import registry
 from ..plugins.options import did_you_mean, option_types, pairs
-from ..plugins.removed import refuse_removed
 from .normalise import Guards, Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
@@ -73,11 +72,6 @@ def _vector(value: Any) -> Any:
             "bad-value", f"Expected --set read.gravity=X,Y,Z such as 0,1,0, got '{value}'."
         ) from None
     return x, y, z
-
-
-def _person(value: Any) -> Any:
-    refuse_removed("flags", f"run --person {value}")
-    return value
 
 
 def _date(value: Any) -> Any:
@@ -170,7 +164,6 @@ class RunOptions(BaseModel):
     device: OnDevice = "auto"
     person: Annotated[
         str | None,
-        BeforeValidator(_person),
         _option(
             _PERSON,
             "Which person: an ID in the file, longest or largest.",
@@ -309,8 +302,6 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in settings.items():
         part, dot, key = name.partition(".")
         if part == READ:
-            refuse_removed("settings", name)
-            refuse_removed("settings", f"{name}={value}")
             if key not in reading_options():
                 hint = f"it is {flag_of(key)}." if key in PLACES else did_you_mean(key, reading_options())
                 raise InputError("name-unknown", f"--set {name}: there is no such option; {hint}")

@@ -10,7 +10,6 @@ from ..core.errors import InputError
 from ..core.take import Told
 from ..plugins import registry
 from ..plugins.options import checked, option_types
-from ..plugins.removed import refuse_removed
 from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
 
@@ -77,10 +76,7 @@ def checked_setting(name: str, value: Any) -> Any:
 
 
 def _check_own(stage: str, key: str, value: Any) -> None:
-    """InputError for an option of a stage that has none of that name, because it was removed or is told of the
-    recording."""
-    refuse_removed("settings", f"{stage}.{key}")
-    refuse_removed("settings", f"{stage}.{key}={value}")
+    """InputError for an option of a stage that has none of that name, because it is told of the recording."""
     if key in _TOLD and key not in option_types(registry.load("stages", stage)):
         raise InputError(
             "name-unknown",
