@@ -31,7 +31,7 @@ from .figures import figures
 from .judge import STRANGERS, Squares, Stated, fitted, held_out, thinned
 from .runs import Configuration, Question, Simulated, finished
 from .statements import HEADING_90, UP_90, statements
-from .testbed import Answers
+from .testbed import VIEWS, Answers
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
@@ -70,6 +70,7 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
         "typical": replace(own, bed="typical"),
         "typical, image": replace(own, bed="typical", image=True),
         "typical, focal given": replace(own, bed="typical", focal_known=True),
+        **{f"{side}, image": replace(own, bed="typical", image=True, side=side) for side in VIEWS},
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
         "simulated other lifters": Configuration(foreign=Simulated()),

@@ -52,6 +52,7 @@ from .testbed import (
     SeenTake,
     lifted_takes,
     see,
+    seen_from,
     simulated_look,
 )
 
@@ -233,7 +234,8 @@ class Configuration:
     """What a run can have. image: an image tells up, as well as rendered rooms do (testbed.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
-    the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
+    the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
+    filmed. real: the man who balances before four real cameras
     (real_data.py), in place of virtual takes; then the image is the video's own. foreign: another lifter made the
     poses, and the run is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one.
     unsuspected: the detector errs more in unusual postures and fast motion, and its scores do not tell
@@ -246,6 +248,7 @@ class Configuration:
     bed: Bed = "wild"
     fps: float = 30.0
     focal_known: bool = False
+    side: str = ""
     real: bool = False
     foreign: Foreign | None = None
     errors: Path | None = None
@@ -302,10 +305,13 @@ def _virtual(
     sets: Sequence[EvaluationSet],
     only: Callable[[Clip], bool],
 ) -> Iterator[tuple[str, SeenTake, Take]]:
-    views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
+    usual = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
         for clip in each(clips, of.label, len(clips)):
+            views = seen_from(clip, configuration.side, usual) if configuration.side else usual
+            if views is None:
+                continue
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
             truth = unsuspected(truth) if configuration.unsuspected else truth
             yield of.label, truth, given(truth, question.seed, configuration)
