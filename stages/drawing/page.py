@@ -4,6 +4,7 @@ that sort tables and read off charts, where there are such."""
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
@@ -89,6 +90,14 @@ def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]], folde
         policy += f"; script-src 'sha256-{b64encode(sha256(script.encode()).digest()).decode('ascii')}'"
     style = _text("page.css") + _PAPER.format(title=_css_string(title))
     return str(kit().page(title, head, kept, whole, Markup(style), Markup(script), policy))
+
+
+def with_section(document: str, name: str, content: Markup) -> str:
+    """A folded `page` with one more section at its end, in the place of the one that was added by that name before."""
+    begin, end = f"<!-- {name} -->", "<!-- end -->"
+    earlier = re.compile(re.escape(begin) + ".*?" + end, re.DOTALL)
+    body, close, rest = earlier.sub("", document).rpartition("</main>")
+    return f"{body}{begin}{kit().parts([(name, name, content)], True)}{end}{close}{rest}"
 
 
 def _css_string(words: str) -> str:

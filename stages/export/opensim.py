@@ -13,13 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.frames import LEVEL
 from ...pipeline.core.notices import Notice
-from ...pipeline.core.rotations import from_columns, rotate, unit, zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.signals.angles import FINE, trunk_axes
-from .markers import OPENSIM, frame_over_the_floor, markers, nothing_in, over_the_floor
+from .markers import OPENSIM, frame_over_the_floor, markers, nothing_in
 from .provenance import provenance
 
 # Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
@@ -35,17 +32,6 @@ COORDINATES = {
         ("shoulder_abduction", "arm_add", -1),
     )
 }
-# Of the hip line and the trunk line, as that model and gait2392 turn their pelvis (ground_pelvis): about the ground's
-# z, then about its own x and y.
-_TURNS = ("trunk_tilt", "trunk_list", "trunk_rotation")
-_LOCKED = (
-    "in a model whose lumbar joint is locked at 0, trunk_* are its pelvis_*, r_thigh_trunk_flexion its hip_flexion_r "
-    "and r_shoulder_flexion its arm_flex_r; where the back bends they are not"
-)
-# Metres, the middle of its hip joints, before the model is scaled.
-_HIPS_IN_PELVIS = np.array([-0.0563, -0.0785, 0.0])
-# Our angles of the lines that turn the pelvis, against gravity.
-_OF_PELVIS = ("trunk_lean_sagittal", "pelvis_obliquity")
 
 
 def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
@@ -75,21 +61,16 @@ def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
 def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
     """angles.mot: the joint angles in degrees over time in seconds.
 
-    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. trunk_tilt,
-    trunk_list and trunk_rotation turn the hip line and the line from pelvis to thorax, which thighs and arms are
-    against too; they have no value in frames in which the angles of these lines against gravity have none. Where the
-    source knows where the person is, in metres, trunk_tx, ty and tz are where that model's pelvis would have its
-    origin: forward, up and right, over the floor where that is known. Without any angle it is not written, and a
-    warning says so. InputError when no stage made angles.
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. Without any
+    angle it is not written, and a warning says so. InputError when no stage made angles.
     """
-    poses = take.need("poses")
     columns = take.kinematics or {}
     angles = {
         name.removesuffix("_deg"): values
         for name, values in columns.items()
         if name.endswith("_deg") and not name.endswith("_sd_deg")
     }
-    if not all(f"{name}_reason" in columns for name in _OF_PELVIS):
+    if not angles:
         raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
     if nothing := nothing_in(np.stack([*angles.values()]), path):
         return nothing
@@ -97,42 +78,9 @@ def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
     ]
-    trunk = _trunk(take)
-    notes += [f"{', '.join(_TURNS)} are of the hip line and the line from pelvis to thorax", _LOCKED]
-    if len(trunk) > len(_TURNS):
-        forward, up, _ = -1000 * _HIPS_IN_PELVIS
-        notes.append(
-            "trunk_tx, trunk_ty and trunk_tz are metres, of the pelvis's origin in the model before scaling, "
-            f"{forward:.0f} mm in front of the middle of the hips and {up:.0f} mm above it"
-        )
-    signed = {theirs: sign * angles[ours] for ours, (theirs, sign) in renamed.items()}
-    write_motion(take, path, poses.times, {**trunk, **signed}, notes)
+    coordinates = {theirs: sign * angles[ours] for ours, (theirs, sign) in renamed.items()}
+    write_motion(take, path, take.need("poses").times, coordinates, notes)
     return ()
-
-
-def _trunk(take: Take) -> dict[str, np.ndarray]:
-    """The coordinates (T,) of hip line and trunk line by their names: degrees, without whole turns between frames, and
-    metres where the pelvis's path is known in metres."""
-    path, columns = take.need("filtered"), take.need("kinematics")
-    R_ground_from_level = OPENSIM.basis @ LEVEL.basis.T
-    r_hip, l_hip, middle, thorax = (
-        rotate(R_ground_from_level, path.joint(name).astype(np.float64))
-        for name in ("r_hip", "l_hip", "pelvis", "thorax")
-    )
-    right = unit(r_hip - l_hip)
-    forward, up = trunk_axes(right.T, unit(thorax - middle).T)
-    R_ground_from_pelvis = from_columns(forward.T, up.T, right)
-    fine = np.all([columns[f"{name}_reason"] == FINE for name in _OF_PELVIS], axis=0)
-    R_ground_from_pelvis[~fine] = np.nan
-    turns = zxy_deg(R_ground_from_pelvis)
-    turned = np.isfinite(turns[:, 0])
-    turns[turned] = np.unwrap(turns[turned], axis=0, period=360)
-    coordinates: dict[str, np.ndarray] = dict(zip(_TURNS, turns.T, strict=True))
-    if path.root is not None and path.frame.unit == "m":
-        hips = over_the_floor(take, rotate(R_ground_from_level, path.root), OPENSIM)
-        origin = hips - rotate(R_ground_from_pelvis, _HIPS_IN_PELVIS[None])[:, 0]
-        coordinates |= {f"trunk_t{axis}": origin[:, i] for i, axis in enumerate("xyz")}
-    return coordinates
 
 
 def write_motion(

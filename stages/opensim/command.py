@@ -14,10 +14,12 @@ from ...pipeline.core.messages import how_many, show
 from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import add_to_list, whole_folder, write_json
+from ...pipeline.files.atomic import REPORT, add_to_list, whole_folder, write_json, write_text
 from ...pipeline.files.digest import sha256
 from ...pipeline.files.finished import read_run
 from ...pipeline.reading.flags import Force
+from ...pipeline.running.conclusion import trust
+from ..drawing.page import bullets, with_section
 from ..export.markers import OPENSIM, markers
 from ..export.opensim import COORDINATES, write_motion, write_trc
 from .model import Solved, follow, opensim
@@ -72,11 +74,13 @@ def command(
         solved.model.setName(f"{solved.model.getName()}_scaled")
         solved.model.printToXML(str(partial / "scaled.osim"))
         write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved, agreement)))
+    trusted = trust(take)[1]
+    summary = [f"{trusted[:1].upper()}{trusted[1:]}.", *_summary(solved)]
     if output is None:
         add_to_list(folder, _FOLDER)
+        _into_report(folder / REPORT, [f"{model.name} was scaled to the person ({_FOLDER}).", *summary])
     show("\n".join(_lines(agreement)))
-    for line in _summary(solved):
-        print(line)
+    print("\n".join(summary))
     print(f"results in {target}: {', '.join(sorted(path.name for path in target.iterdir()))}")
 
 
@@ -114,6 +118,13 @@ def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
             usual = float(np.nanmedian(stated)) if np.isfinite(stated).any() else None
             result[ours] = Agreement(float(np.nanmean(apart)), float(np.nanstd(apart)), usual)
     return result
+
+
+def _into_report(report: Path, sentences: list[str]) -> None:
+    """Add them to the run's report, where it has one."""
+    if report.is_file():
+        document = report.read_text(encoding="utf-8")
+        write_text(report, with_section(document, "OpenSim", bullets(sentences)))
 
 
 def _notes(solved: Solved) -> list[str]:

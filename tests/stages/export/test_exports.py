@@ -5,7 +5,6 @@ import json
 import os
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -121,7 +120,6 @@ def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp
     names = lines[end + 1].split("\t")
     expected = {"version": "1", "nRows": str(ROWS), "nColumns": str(len(names)), "inDegrees": "yes"}
     assert header == expected
-    assert names[:4] == ["time", "trunk_tilt", "trunk_list", "trunk_rotation"]
     assert set(names) > {
         "knee_angle_r",
         "hip_adduction_l",
@@ -184,35 +182,23 @@ def test_every_table_says_where_it_comes_from(take, tmp_path):
     assert any("smoother" in text and "columns_of ['r_wrist'" in text for text in told.values())
 
 
-def written_by(writer: str, folder: Path) -> tuple[str, str, np.ndarray]:
-    """The axes and the unit that a file states, and the pelvis (T, 3) or a point of it that the file has."""
-    if writer == "c3d":
-        file = pytest.importorskip("ezc3d", reason="the extra c3d is not installed").c3d(
-            str(folder / "markers.c3d")
-        )
-        lines = file["parameters"]["PCNET3D"]["PROVENANCE"]["value"]
-        told = "\n".join(lines).replace("\n  ", " ").splitlines()
-        pelvis = file["data"]["points"][:3, H36M17.index("pelvis")].T
-        assert file["parameters"]["POINT"]["UNITS"]["value"] == ["mm"]
-    else:
-        told = (folder / "angles.mot").read_text().splitlines()
-        names, *rows = (line.split("\t") for line in told[told.index("endheader") + 1 :])
-        pelvis = np.array(rows, float)[:, [names.index(f"trunk_t{axis}") for axis in "xyz"]]
+def test_what_a_file_says_of_its_axes_is_what_it_holds(walks, tmp_path):
+    """All of them said the pelvis was the origin, one other axes than its own, one another unit."""
+    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    file = ezc3d.c3d(str(exported(walks, tmp_path, "c3d") / "markers.c3d"))
+    lines = file["parameters"]["PCNET3D"]["PROVENANCE"]["value"]
+    told = "\n".join(lines).replace("\n  ", " ").splitlines()
     assert not any(line.startswith("root:") for line in told)
     said = dict(line.split(": ", 1) for line in told if ": " in line)
-    return said["axes"], said["length_unit"], pelvis
-
-
-@pytest.mark.parametrize("writer", ["c3d", "mot"])
-def test_what_a_file_says_of_its_axes_is_what_it_holds(walks, tmp_path, writer):
-    """All of them said the pelvis was the origin, one other axes than its own, one another unit."""
-    text, unit, pelvis = written_by(writer, exported(walks, tmp_path, writer))
-    told = re.fullmatch(r"\w+ \(x (\w+), y (\w+), z (\w+), right-handed; origin camera(.*); (\w+)\)", text)
-    axes = Frame("told", "level", told.groups()[:3])
-    assert told.groups()[3:] == (", heights from the floor", unit)
+    parts = re.fullmatch(
+        r"\w+ \(x (\w+), y (\w+), z (\w+), right-handed; origin camera(.*); (\w+)\)", said["axes"]
+    ).groups()
+    assert parts[3:] == (", heights from the floor", said["length_unit"]) == (parts[3], "mm")
+    assert file["parameters"]["POINT"]["UNITS"]["value"] == ["mm"]
+    axes = Frame("told", "level", parts[:3])
+    pelvis = file["data"]["points"][:3, H36M17.index("pelvis")].T * METRES["mm"]
     root = walks.filtered.root - [0, 0, floor_height(walks.filtered)]
-    off = pelvis * METRES[unit] - root @ (axes.basis @ LEVEL.basis.T).T
-    assert np.nanmax(np.linalg.norm(off, axis=1)) < (0.1 if writer == "mot" else 1e-5)
+    np.testing.assert_allclose(pelvis, root @ (axes.basis @ LEVEL.basis.T).T, atol=1e-5)
 
 
 def test_a_moving_camera_is_told_in_every_row(take, tmp_path):

@@ -122,8 +122,9 @@ def run(tmp_path, facing_camera):
         jitter = np.random.default_rng(0).normal(scale=0.002, size=(30, 17, 3))
         np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + jitter - jitter[:, :1]).astype(np.float32))
         recipe = recipe_of(
-            tmp_path / "recipe.toml", "scale", "rectify", "trajectories", "angles", "measures", "export"
-        )
+            tmp_path / "recipe.toml", "scale", "rectify", "trajectories", "angles", "measures", "export",
+            "report",
+        )  # fmt: skip
         result = pcnet3d(
             "run", "--poses", tmp_path / "X3D.npy", "--adapter", "motionbert", "--fps", 30, "--recipe", recipe,
             *arguments, "--set", "rectify.rectifier=geometric", "-o", tmp_path / "run",
@@ -151,6 +152,20 @@ def test_a_run_becomes_a_scaled_model_and_its_motion(run, path):
     assert content["against_own_angles"]["r_knee_flexion"]["sd_deg"] < 1
     assert "opensim" in json.loads((folder / "summary.json").read_text())["files"]
     assert not [file for file in Path.cwd().glob("opensim*.log")]
+
+
+def test_the_report_says_once_what_was_found_and_the_terminal_whether_the_take_is_levelled(run, path):
+    folder = run("--stature", 1.7)
+    summary = json.loads((folder / "summary.json").read_text())
+    summary["rectification"] |= {"level_ok": False, "level_reason": "nobody stands"}
+    (folder / "summary.json").write_text(json.dumps(summary))
+    for _ in range(2):
+        result = pcnet3d("opensim", folder, "--model", path)
+        assert "not levelled: nobody stands" in result.stdout
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert report.count("not levelled: nobody stands") == 1
+    assert report.count(f"{path.name} was scaled") == 1
+    assert report.rstrip().endswith("</body></html>")
 
 
 def test_a_run_without_metres_is_refused(run, path):
