@@ -12,17 +12,19 @@ import typer
 
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.messages import how_many, say_all, show
+from ....pipeline.core.messages import how_many, say_all
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
+from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.flags import Force
 from ....pipeline.reading.imu import MOST_HZ
 from ....pipeline.running.conclusion import point_to
+from ....pipeline.signals.filters import CUTOFF_HZ
 from .comparison import Align, compared, figures, result
-from .imu import against_sensors
+from .imu import compared_with, read_sensors, sensed_page
 from .page import as_page
 from .side import Side, load_side, named_apart, truth_side, with_trunk_of
 from .truth import Up, read_truth
@@ -96,11 +98,19 @@ def compare(
         if rate is not None:
             check_fps(rate, "--rate", MOST_HZ)
             given["rate_hz"] = rate
-        content, html, warnings, lines = against_sensors(
-            folders[0], imu, segment or [], given, offset, search
-        )
-        _write(folders, imu, output, force, content, html, warnings)
-        print("\n".join(lines))
+        run, sensors = read_run(folders[0]), read_sensors(imu, segment or [], given, offset)
+        sensed = compared_with(run, sensors, search)
+        content: dict[str, Any] = {
+            "what": "comparison with inertial sensors",
+            "take": run.name,
+            "inputs": [{"file": file.name, "sha256": sha256(file)} for file in imu],
+            "cutoff_hz": CUTOFF_HZ,
+            "offset_s": offset,
+            "search_s": search,
+            "sensors": [of.figures() for of in sensed],
+        }
+        html, notices = sensed_page(run.name, sensed), [each for of in sensed for each in of.notices]
+        lines = [str(of) for of in sensed]
     else:
         if segment or option:
             raise InputError(
@@ -116,11 +126,18 @@ def compare(
             sides = _with_truth(sides, truth, clip, up, unit, rate)
         comparison = compared(sides, align, offset, search)
         content = {"what": "comparison", **figures(comparison)}
-        warnings = [each.text for each in comparison.notices]
-        read = [] if truth is None else [truth]
-        _write(folders, read, output, force, content, as_page(comparison), warnings)
-        print("\n".join(line for pair in comparison.pairs for line in result(pair)))
-    point_to(folders[0] / "compare" if output is None else output)
+        html, notices = as_page(comparison), comparison.notices
+        lines = [line for pair in comparison.pairs for line in result(pair)]
+    target = folders[0] / "compare" if output is None else output
+    read = (*folders, *(imu or ()), *([truth] if truth else ()))
+    with whole_folder(target, force, read) as partial:
+        write_json(partial / "compare.json", plain({"pcnet3d": package_version(), **content}))
+        (partial / "compare.html").write_text(html, encoding="utf-8")
+    if output is None:
+        add_to_list(folders[0], "compare")
+    say_all("warning", [each.text for each in notices])
+    print("\n".join(lines))
+    point_to(target)
 
 
 def _with_truth(
@@ -140,23 +157,3 @@ def _with_truth(
     entry = {"role": "motion capture", "file": truth.name, "sha256": sha256(truth)}
     first = replace(truth_side(poses, about, cutoffs.pop()), sources=(entry,))
     return [first, *(with_trunk_of(side, first) for side in sides)]
-
-
-def _write(
-    folders: Sequence[Path],
-    read: Sequence[Path],
-    output: Path | None,
-    force: bool,
-    content: dict[str, Any],
-    html: str,
-    warnings: list[str],
-) -> None:
-    """compare.json and compare.html, and what is said on the way."""
-    target = folders[0] / "compare" if output is None else output
-    with whole_folder(target, force, (*folders, *read)) as partial:
-        write_json(partial / "compare.json", plain({"pcnet3d": package_version(), **content}))
-        (partial / "compare.html").write_text(html, encoding="utf-8")
-    if output is None:
-        add_to_list(folders[0], "compare")
-    say_all("warning", warnings)
-    show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")

@@ -18,7 +18,7 @@ from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate as frame_rate
 from .align import AMBIGUOUS, NARROW, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped
 from .changes import Change, as_figures, changes, from_same_place, summary
-from .figures import JointAgreement, agreement, joint_agreement, view_spread
+from .figures import agreement
 from .side import Side, one_clock
 
 Align = Literal["auto", "stamps", "correlate"]
@@ -53,16 +53,14 @@ class Pair:
     turn_deg: float = 0.0
     scale: float = 1.0
     joints_mm: float | None = None
-    joints: JointAgreement = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """spread: by angle the view-consistency of all runs of one motion."""
+    """All sides against the first, and what is to be doubted of them."""
 
     reference: Side
     pairs: tuple[Pair, ...]
-    spread: dict[str, float]
     notices: tuple[Notice, ...]
 
 
@@ -100,7 +98,7 @@ def compared(
         )
         pairs.append(pair if how is None else _moment_by_moment(pair))
         notices += [*doubts, *_beyond(pairs[-1])]
-    return Comparison(reference, tuple(pairs), _spread(reference, pairs), tuple(notices))
+    return Comparison(reference, tuple(pairs), tuple(notices))
 
 
 def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
@@ -156,7 +154,6 @@ def _moment_by_moment(pair: Pair) -> Pair:
         turn_deg=turn,
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if reference.metric and np.isfinite(off).any() else None,
-        joints=joint_agreement(level, joints, reference.metric),
     )
 
 
@@ -178,18 +175,6 @@ def _beyond(pair: Pair) -> list[Notice]:
         return []
     names = (pair.side.name, pair.reference.name)
     return [notice("partly-common", run=names[0], other=names[1], common_s=common_s, longest_s=longest_s)]
-
-
-def _spread(reference: Side, pairs: list[Pair]) -> dict[str, float]:
-    """View-consistency by angle of all runs that show one motion."""
-    runs = [(pair.side, pair.alignment.shift_s) for pair in pairs if pair.alignment]
-    if reference.run:
-        runs.insert(0, (reference, 0.0))
-    if len(runs) < 2:
-        return {}
-    times = runs[0][0].time_s + runs[0][1]
-    spreads = {name: view_spread([side.at(name, times - shift) for side, shift in runs]) for name in ANGLES}
-    return {name: spread for name, spread in spreads.items() if spread is not None}
 
 
 def result(pair: Pair) -> Iterator[str]:
@@ -240,13 +225,11 @@ def figures(comparison: Comparison) -> dict[str, Any]:
                 "turn_deg": pair.turn_deg,
                 "scale": pair.scale,
                 "joints_mm": pair.joints_mm,
-                "joints": pair.joints,
                 "angles": pair.agreement,
                 "same_place": pair.same_place,
                 "changes": as_figures(pair.changes),
             }
             for pair in comparison.pairs
         },
-        "view_spread_deg": comparison.spread,
         "notices": [each.as_dict() for each in comparison.notices],
     }

@@ -1,18 +1,17 @@
 """A run against inertial sensors that were strapped to the person: the 3DPCNet paper's figure 5, with its numbers.
 
 A video shows motion relative to the pelvis only; an IMU feels all of it, and in walking the pelvis makes a third or
-more of a wrist's acceleration. So the pelvis' own is taken from the IMU's: that of a pelvis IMU in the same world;
-without one, only the spans in which the pelvis stands still are compared.
+more of a wrist's acceleration. So the acceleration of a pelvis IMU in the same world is taken from the others', where
+there is one.
 
 Both sides are low-passed alike. Lag and heading are those at which both correlate best over the three axes at once. For
 a given lag the best heading has a closed form: with the horizontal parts as complex numbers it is the angle of
-sum(conj(imu) video), and the correlation's horizontal part its length. So all lags are searched by one Fourier
-transform. Both clocks are taken to run alike.
+sum(conj(imu) video), and the correlation's horizontal part its length. Both clocks are taken to run alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +21,10 @@ from markupsafe import Markup
 
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.figures import label_of
-from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.rotations import is_finite, turned
 from ....pipeline.core.take import Take
-from ....pipeline.files.digest import sha256
-from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.reading.imu import SEGMENTS, Imu, point_on
@@ -47,41 +43,12 @@ from ...drawing.charts import Curve, over_time
 from ...drawing.page import Cell, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
 from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, runner_up
-from .figures import FEWEST, correlation
+from .figures import correlation
 from .side import LEAST_S, doubts_of_level
 
 _GRID_HZ = 120.0  # of all comparisons; lags are found between its points
-_STILL = 0.2  # leg lengths a second: when both ankles move slower against the pelvis, the pelvis stands
-_STILL_HZ = 2.0  # low-pass of that speed, so that an estimator's jitter is not taken for steps
-_STILL_EDGE_S = 0.25  # a pelvis is still when it has been, and stays so, for that long
-_LEAST_MOTION_S = 2.0  # of the video, to be compared
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
 _AXES = {"x": "back", "y": "right", "z": "up", "norm": "norm"}
-
-
-def against_sensors(
-    folder: Path,
-    files: Sequence[Path],
-    segments: Sequence[str],
-    options: Mapping[str, Any],
-    offset_s: float,
-    search_s: float,
-) -> tuple[dict[str, Any], str, list[str], list[str]]:
-    """The run in a folder against the sensor of each file, as `read_sensors` and `compared_with` have them: figures for
-    JSON, the page, what warns and what came of it in lines of text."""
-    run = read_run(folder)
-    results = compared_with(run, read_sensors(files, segments, options, offset_s), search_s)
-    content = {
-        "what": "comparison with inertial sensors",
-        "take": run.name,
-        "inputs": [{"file": file.name, "sha256": sha256(file)} for file in files],
-        "cutoff_hz": CUTOFF_HZ,
-        "offset_s": offset_s,
-        "search_s": search_s,
-        "sensors": [result.figures() for result in results],
-    }
-    warnings = [each.text for result in results for each in result.notices]
-    return content, as_page(run.name, results), warnings, [str(result) for result in results]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,23 +133,13 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
     poses, sensor, pelvis = run.need("poses"), sensors[segment], sensors.get("pelvis")
     check_cutoff(CUTOFF_HZ, rate(poses.times))
     check_cutoff(CUTOFF_HZ, sensor.rate_hz)
-    joints, seams = run.need("rectified").level.joints.astype(np.float64), breaks(poses)
+    path = point_on(segment, run.need("rectified").level.joints.astype(np.float64))
     grid = even_times(poses.times)
-    video = path_acceleration(point_on(segment, joints), poses.times, seams, grid)
-    values = low_passed(sensor)
+    video, values = path_acceleration(path, poses.times, breaks(poses), grid), low_passed(sensor)
+    means = "without a pelvis IMU the pelvis' own motion counts as error"
     if pelvis is not None:
         means = "the pelvis IMU is subtracted from the IMU, in their common world"
         values = values - resampled(low_passed(pelvis), pelvis.time_s, sensor.time_s)
-    else:
-        means = "only spans in which the pelvis stands still are compared"
-        video[~still_pelvis(joints, poses.times, seams, grid)] = np.nan
-    known_s = is_finite(video).sum() / _GRID_HZ
-    if known_s < _LEAST_MOTION_S:
-        raise InputError(
-            "nothing-usable",
-            f"Expected at least {_LEAST_MOTION_S:g} s of video to compare with the IMU on {segment}, got "
-            f"{known_s:.1f} of {np.ptp(poses.times):.1f} s ({means}); give a longer take, or an IMU on the pelvis.",
-        )
     lag_s, heading_deg, r, second = aligned(grid, video, sensor.time_s, values, search_s)
     imu = turned(resampled(values, sensor.time_s, grid + lag_s), heading_deg)
     both, scale = is_finite(video) & is_finite(imu), 1.0
@@ -210,21 +167,24 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
 
 
 def _agreement(video: np.ndarray, imu: np.ndarray) -> dict[str, dict[str, float]]:
-    """Of accelerations (N, 3) and (N, 3) by axis and of their norms; none of fewer than ten."""
-    pairs = zip(_AXES, _with_norm(video).T, _with_norm(imu).T, strict=True)
+    """Of accelerations (N, 3) and (N, 3) by axis and of their norms."""
+    columns = [np.column_stack([of, np.linalg.norm(of, axis=-1)]).T for of in (video, imu)]
     return {
         axis: {
             "r": correlation(of_run, of_sensor, _LEAST_MPS2),
             "rmse_mps2": float(np.sqrt(((of_run - of_sensor) ** 2).mean())),
         }
-        for axis, of_run, of_sensor in pairs
-        if len(video) >= FEWEST
+        for axis, of_run, of_sensor in zip(_AXES, *columns, strict=True)
     }
 
 
-def _with_norm(values: np.ndarray) -> np.ndarray:
-    """(N, 4) vectors (N, 3) and their norms."""
-    return np.column_stack([values, np.linalg.norm(values, axis=-1)])
+def _doubts(run: Take, r: float, second: float) -> Iterator[Notice]:
+    yield from doubts_of_level(run, run.name)
+    if r < WEAK:
+        yield notice("imu-weak", r=r)
+    elif second > AMBIGUOUS * r:
+        so = f"Another lag may be the right one: {NARROW}."
+        yield notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so)
 
 
 def aligned(
@@ -235,34 +195,27 @@ def aligned(
 
     InputError when less than a second of motion is known to both, or when the IMU feels none."""
     from scipy.optimize import minimize_scalar
-    from scipy.signal import correlate
 
-    known = imu[is_finite(imu)]
-    if len(known) and float(np.ptp(known, axis=0).max()) < _LEAST_MPS2:
+    felt = imu[is_finite(imu)]
+    if len(felt) and float(np.ptp(felt, axis=0).max()) < _LEAST_MPS2:
         raise InputError(
             "nothing-usable",
             "Expected an IMU whose acceleration changes, got one that stays the same throughout: it did not move, or "
             "its file was given for two segments, of which one is subtracted from the other.",
         )
-    step = float(grid[1] - grid[0])
+    step = 1 / _GRID_HZ
     reach = max(1, int(search_s / step))
     lags = np.arange(-reach, reach + 1) * step
-    stamps = grid[0] + np.arange(-reach, len(grid) + reach) * step
-    (a, a_up, a_known), (b, b_up, b_known) = _parts(video), _parts(resampled(imu, time_s, stamps))
-
-    def at_lags(of_video: np.ndarray, of_imu: np.ndarray) -> np.ndarray:
-        return correlate(of_imu, of_video, mode="valid", method="fft")
-
-    common = at_lags(a_known, b_known)
+    even = resampled(imu, time_s, grid[0] + np.arange(-reach, len(grid) + reach) * step)
+    windows = [even[i : i + len(grid)] for i in range(len(lags))]
+    common = np.array([(is_finite(video) & is_finite(window)).sum() for window in windows])
     enough = common > max(LEAST_S / step, LEAST_SHARE * common.max()) - 0.5
     if not enough.any():
         raise InputError("files-apart", _no_overlap(grid, time_s[is_finite(imu)], search_s))
-    energies = (
-        at_lags(np.abs(a) ** 2 + a_up**2, b_known),
-        at_lags(a_known, np.abs(b) ** 2 + b_up**2),
-    )
-    energy = np.sqrt(np.maximum(energies[0], 1e-12) * np.maximum(energies[1], 1e-12))
-    scores = np.where(enough, (np.abs(at_lags(a, b)) + at_lags(a_up, b_up)) / energy, np.nan)
+    tried = [
+        _score(video, window)[0] if known else np.nan for window, known in zip(windows, enough, strict=True)
+    ]
+    scores = np.array(tried)
     top = float(lags[np.nanargmax(scores)])
     best: Any = minimize_scalar(
         lambda lag_s: -_score(video, resampled(imu, time_s, grid + lag_s))[0],
@@ -275,30 +228,22 @@ def aligned(
     return lag_s, heading_deg, score, runner_up(lags, scores, top)
 
 
-def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Horizontal (T,) as complex numbers, vertical (T,), both less their means and 0 where unknown, and where known."""
-    known = is_finite(values)
-    x = np.where(known[:, None], values - (values[known].mean(axis=0) if known.any() else 0.0), 0.0)
-    return x[:, 0] + 1j * x[:, 1], x[:, 2], known.astype(float)
-
-
 def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:
-    """Correlation over three axes at the best heading, and that heading in degrees; -1 and NaN without overlap."""
+    """Correlation of accelerations (N, 3) over three axes at the best heading, and that heading in degrees."""
     both = is_finite(video) & is_finite(imu)
-    if both.sum() < 3:
-        return -1.0, float("nan")
-    (a, a_up, _), (b, b_up, _) = _parts(video[both]), _parts(imu[both])
-    turn, energies = np.vdot(b, a), [(np.abs(x) ** 2 + up**2).sum() for x, up in ((a, a_up), (b, b_up))]
-    score = (abs(turn) + (a_up * b_up).sum()) / max(float(np.sqrt(energies[0] * energies[1])), 1e-12)
+    a, b = (of[both] - of[both].mean(axis=0) for of in (video, imu))
+    turn = np.vdot(b[:, 0] + 1j * b[:, 1], a[:, 0] + 1j * a[:, 1])  # horizontal parts as complex numbers
+    energy = float(np.sqrt((a**2).sum() * (b**2).sum()))
+    score = (abs(turn) + (a[:, 2] * b[:, 2]).sum()) / max(energy, 1e-12)
     return float(score), float(np.degrees(np.angle(turn)))
 
 
 def _no_overlap(grid: np.ndarray, imu_s: np.ndarray, search_s: float) -> str:
-    said = f"from {imu_s[0]:.6g} to {imu_s[-1]:.6g} s" if len(imu_s) else "nowhere"
+    of_sensor = f"from {imu_s[0]:.6g} to {imu_s[-1]:.6g} s" if len(imu_s) else "nowhere"
     return (
         f"Expected at least {LEAST_S:g} s of motion in both video and IMU; the video's is from {grid[0]:.6g} to "
-        f"{grid[-1]:.6g} s, the IMU's {said}, and lags up to {search_s:g} s were tried: give what must be added to the "
-        "IMU's time with --offset S, or a wider --search S."
+        f"{grid[-1]:.6g} s, the IMU's {of_sensor}, and lags up to {search_s:g} s were tried: give what must be added "
+        "to the IMU's time with --offset S, or a wider --search S."
     )
 
 
@@ -321,37 +266,9 @@ def low_passed(imu: Imu) -> np.ndarray:
 def path_acceleration(
     path: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray
 ) -> np.ndarray:
-    """(N, 3) accelerations at even times grid (N,) of a path (T, 3) at time_s (T,), never across a gap or a clip
-    boundary. Half a cycle of the cut-off at each piece's ends, where the filter has only one side, is NaN."""
-    smooth, begins = _smooth_path(path, time_s, seams, grid, CUTOFF_HZ)
-    acceleration = derivative(smooth, grid, begins, order=2)
-    edge = round(0.5 / CUTOFF_HZ * _GRID_HZ)
-    return np.where(_inner(is_finite(acceleration), begins, edge)[:, None], acceleration, np.nan)
-
-
-def still_pelvis(
-    joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray
-) -> np.ndarray:
-    """(N,) True at times grid (N,) when both ankles, and so the pelvis over them, have stood for a while.
-
-    joints: (T, 17, 3) relative to the pelvis. A leap with legs held stiff would pass for standing.
-    """
-    legs = [H36M17.indices((f"{side}_hip", f"{side}_knee", f"{side}_ankle")) for side in "lr"]
-    lengths = [np.linalg.norm(np.diff(joints[:, leg], axis=1), axis=-1).sum(axis=1) for leg in legs]
-    limit = _STILL * float(np.nanmedian(lengths))
-    speeds = []
-    for *_, ankle in legs:
-        smooth, begins = _smooth_path(joints[:, ankle], time_s, seams, grid, _STILL_HZ)
-        speeds.append(np.linalg.norm(derivative(smooth, grid, begins), axis=-1))
-    slow = np.nan_to_num(np.maximum(*speeds), nan=np.inf) < limit
-    return _inner(slow, (), round(_STILL_EDGE_S * _GRID_HZ))
-
-
-def _smooth_path(
-    path: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray, cutoff_hz: float
-) -> tuple[np.ndarray, tuple[int, ...]]:
-    """The path (N, 3) at times grid (N,), by a spline of fifth order and low-passed, and the rows there at which
-    unbroken pieces begin."""
+    """(N, 3) accelerations at even times grid (N,) of a path (T, 3) at time_s (T,), by a spline of fifth order and
+    low-passed, never across a gap or a clip boundary. Half a cycle of the cut-off at each piece's ends, where the
+    filter has only one side, is NaN."""
     from scipy.interpolate import make_interp_spline
 
     fine, begins = np.full((len(grid), 3), np.nan), []
@@ -361,28 +278,14 @@ def _smooth_path(
             start, stop = np.searchsorted(grid, [times[0] - 1e-9, times[-1] + 1e-9])
             fine[start:stop] = make_interp_spline(times, path[piece], k=5)(grid[start:stop])
             begins += [int(start)] if start else []
-    return lowpass(fine, grid, cutoff_hz, begins), tuple(begins)
-
-
-def _inner(rows: np.ndarray, begins: Sequence[int], edge: int) -> np.ndarray:
-    """rows (N,) less the first and last `edge` of every unbroken piece."""
-    inner = np.zeros(len(rows), dtype=bool)
-    for piece in runs(rows, np.arange(len(rows), dtype=float), begins):
+    acceleration = derivative(lowpass(fine, grid, CUTOFF_HZ, begins), grid, begins, order=2)
+    edge, inner = round(0.5 / CUTOFF_HZ * _GRID_HZ), np.zeros(len(grid), dtype=bool)
+    for piece in runs(is_finite(acceleration), np.arange(len(grid), dtype=float), begins):
         inner[piece.start + edge : max(piece.stop - edge, piece.start)] = True
-    return inner
+    return np.where(inner[:, None], acceleration, np.nan)
 
 
-def _doubts(run: Take, r: float, second: float) -> list[Notice]:
-    doubts = [*doubts_of_level(run, run.name)]
-    if r < WEAK:
-        doubts.append(notice("imu-weak", r=r))
-    elif second > AMBIGUOUS * r:
-        so = f"Another lag may be the right one: {NARROW}."
-        doubts.append(notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so))
-    return doubts
-
-
-def as_page(name: str, results: Sequence[Sensed]) -> str:
+def sensed_page(name: str, results: Sequence[Sensed]) -> str:
     """One HTML page of a run's name: a table, and the norm over time, the sensor beside the run."""
     rows: list[list[Cell]] = [
         [label_of(result.segment), _AXES[axis], of["r"], of["rmse_mps2"]]

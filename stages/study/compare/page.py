@@ -15,7 +15,7 @@ from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from ...drawing.words import errors_of_angles
-from .changes import WHY, Change
+from .changes import Change
 from .comparison import Comparison, Pair, result
 
 _ERRORS = (
@@ -31,16 +31,14 @@ def as_page(comparison: Comparison) -> str:
     for pair in comparison.pairs:
         of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
         sections += [
-            (f"Differences{of}", _differences(pair, comparison.spread if of and pair.alignment else {})),
-            (f"Distances of the joints{of}", _joints(pair)),
+            (f"Differences{of}", _differences(pair)),
             (f"Angles over time{of}", _angles(pair)),
             (f"Mean cycles{of}", _cycles(pair)),
         ]
     sections.append(("How they were aligned", bullets(_together(comparison))))
-    sides = [comparison.reference, *(pair.side for pair in comparison.pairs)]
-    about = [
-        f"{role}: {side.name} ({side.about})" for role, side in zip(_roles(len(sides)), sides, strict=True)
-    ]
+    reference, *others = sides = [comparison.reference, *(pair.side for pair in comparison.pairs)]
+    about = [f"Reference: {reference.name} ({reference.about})"]
+    about += [f"compared: {side.name} ({side.about})" for side in others]
     errors = [
         f"{side.name}: {errors_of_angles(side.run.angle_errors)}"
         for side in sides
@@ -55,74 +53,43 @@ def as_page(comparison: Comparison) -> str:
     return page(" and ".join(side.name for side in sides), head, sections)
 
 
-def _roles(many: int) -> list[str]:
-    return ["Reference", *["compared"] * (many - 1)]
-
-
-def _differences(pair: Pair, spread: dict[str, float]) -> Markup:
-    """A row for each angle and each figure of a movement. spread: by angle, between all runs."""
+def _differences(pair: Pair) -> Markup:
+    """A row for each angle and each figure of a movement."""
     ranges = {change.item: change for change in pair.changes if change.group == "range_of_motion"}
     others = [change for change in pair.changes if change.group != "range_of_motion"]
     rows = [
-        [
-            f"range of {label_of(name)} (°)",
-            *_of(pair, ranges.get(name), name),
-            *_agreed(pair, name),
-            spread.get(name),
-        ]
+        [f"range of {label_of(name)} (°)", *_of(pair, ranges.get(name), name), *_agreed(pair, name)]
         for name in ANGLES
         if name in ranges or name in pair.agreement
     ]
     rows += [
-        [f"{change} ({change.unit})" if change.unit else str(change), *_of(pair, change, ""), *[None] * 5]
+        [f"{change} ({change.unit})" if change.unit else str(change), *_of(pair, change, ""), *[None] * 4]
         for change in others
     ]
-    names = (pair.reference.name, pair.side.name)
-    head = [
-        "",
-        *names,
-        "difference (± MDC90)",
-        "bias (°)",
-        "RMSE (°)",
-        "r",
-        "within error",
-        "spread of all (°)",
-    ]
+    head = ["", pair.reference.name, pair.side.name, "difference (± MDC90)"]
+    head += ["bias (°)", "RMSE (°)", "r", "within error"]
     kept = [i for i in range(len(head)) if i < 4 or any(row[i] is not None for row in rows)]
     shown = table([head[i] for i in kept], [[row[i] for i in kept] for row in rows])
-    return shown + _about_differences(pair, bool(spread)) if rows else Markup("")
+    return shown + small(_about_differences(pair)) if rows else Markup("")
 
 
-def _about_differences(pair: Pair, of_several: bool) -> Markup:
-    """What the columns of the table are, and why figures in it are not told. of_several: whether there is a spread."""
-    names = (pair.reference.name, pair.side.name)
+def _about_differences(pair: Pair) -> str:
+    """What the columns of the table are."""
     place = "about the same place" if pair.same_place else "different or unknown places"
-    about = [f"Difference: {names[1]} minus {names[0]}, of the whole takes."]
+    about = f"Difference: {pair.side.name} minus {pair.reference.name}, of the whole takes."
     if pair.changes:
-        about += [
-            "Its ± is its MDC90, the minimal detectable change: if nothing changed, one difference in ten is larger. "
+        about += (
+            " Its ± is its MDC90, the minimal detectable change: if nothing changed, one difference in ten is larger. "
             f"Both were filmed from {place}, by the person's heading and the camera's pitch. Grey: a difference within "
             "its ±; this judges a figure that was chosen beforehand. *: a difference that is certain even with all "
             "figures looked at."
-        ]
+        )
     if pair.agreement:
-        about += [
-            "Bias, root mean square (RMSE) and r: of the angles moment by moment. Within error: share of frames whose "
+        about += (
+            " Bias, root mean square (RMSE) and r: of the angles moment by moment. Within error: share of frames whose "
             "difference is what the stated standard errors allow in nine of ten."
-        ]
-    if of_several:
-        about += ["Spread: standard deviation between all runs, root mean square over the frames."]
-    why = [
-        f"{_plain(code).capitalize()}: {WHY[code]}"
-        for code in WHY
-        if any(change.reason == code for change in pair.changes)
-    ]
-    return small(" ".join(about)) + bullets(f"{each}." for each in why)
-
-
-def _plain(reason: str) -> str:
-    """A reason's code in plain words."""
-    return reason.replace("-", " ")
+        )
+    return about
 
 
 def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
@@ -133,7 +100,7 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
     values: list[Cell] = [change.value(take) or None for take in (0, 1)]
     if change.reason:
         by = f"{change.difference}; " if np.isfinite(change.by) else ""
-        return [*values, Soft(f"{by}not told: {_plain(change.reason)}")]
+        return [*values, Soft(f"{by}not told: {change.reason.replace('-', ' ')}")]
     if change.differs:
         return [*values, f"{change.difference} *"]
     return [*values, Soft(change.difference) if change.within_error else change.difference]
@@ -146,24 +113,6 @@ def _agreed(pair: Pair, name: str) -> list[Cell]:
     r = f"{of['r']:.2f}" if np.isfinite(of["r"]) else None
     inside = f"{100 * of['within_band']:.0f} %" if "within_band" in of else None
     return [f"{of['bias_deg']:+z.1f}", f"{of['rmse_deg']:.1f}", r, inside]
-
-
-def _joints(pair: Pair) -> Markup:
-    named = {
-        "p50_percent": "median (%)", "rms_percent": "root mean square (%)", "p95_percent": "95 % of frames below (%)",
-        "rms_mm": "root mean square (mm)",
-    }  # fmt: skip
-    keys = [key for key in named if all(key in of for of in pair.joints.values())]
-    rows: list[list[Cell]] = [
-        [label_of(joint), *(of[key] for key in keys)] for joint, of in pair.joints.items()
-    ]
-    about = (
-        "In one LEVEL and at one size, from the pelvis, in per cent of the person's size (root mean square distance of "
-        "the joints from the pelvis)."
-    )
-    if pair.reference.run:
-        about += " At least one of the runs is off by half of the distance or more. Runs that agree may share errors."
-    return table(("joint", *(named[key] for key in keys)), rows) + small(about) if rows else Markup("")
 
 
 def _angles(pair: Pair) -> Markup:

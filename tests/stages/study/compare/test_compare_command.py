@@ -49,7 +49,6 @@ def test_two_cameras_give_the_same_angles(cameras):
         assert pair["angles"][name]["rmse_deg"] < (3.0 if angle.needs_gravity else 0.1), name
     assert abs(pair["turn_deg"]) < 10
     assert pair["joints_mm"] < 40
-    assert cameras["view_spread_deg"]["r_knee_flexion"] < 0.1
 
 
 @pytest.mark.parametrize("lacks", ["head", "arms"])
@@ -80,7 +79,6 @@ def test_motion_capture_of_part_of_the_joints_is_compared_in_what_both_have(
         assert pair["angles"][name]["rmse_deg"] == pytest.approx(whole["angles"][name]["rmse_deg"], abs=0.3)
     if lacks == "head":  # one trunk line in both, so no bias by definition
         assert abs(pair["angles"]["r_thigh_trunk_flexion"]["bias_deg"]) < 3
-    assert ("r_wrist" in pair["joints"]) == (lacks == "head")
 
 
 def test_motion_capture_of_another_clock_and_rate(against_truth):
@@ -92,8 +90,6 @@ def test_motion_capture_of_another_clock_and_rate(against_truth):
         assert pair["angles"][name]["rmse_deg"] < (3.0 if angle.needs_gravity else 0.5), name
     assert abs(pair["turn_deg"]) < 10  # both in LEVEL, whose heading is the take's
     assert pair["joints_mm"] < 40
-    assert max(of["rms_mm"] for of in pair["joints"].values()) < 80
-    assert len(pair["joints"]) == 16
 
 
 def test_the_page_is_one_table_of_differences_then_charts(cameras, against_truth, runs):
@@ -103,9 +99,7 @@ def test_the_page_is_one_table_of_differences_then_charts(cameras, against_truth
         head, *sections = page.split("<section")
         assert f"{name} against" in head
         names = re.findall(r"<h2>([^<]+)</h2>", page)
-        assert names == [
-            "Differences", "Distances of the joints", "Angles over time", "How they were aligned",
-        ]  # fmt: skip
+        assert names == ["Differences", "Angles over time", "How they were aligned"]
         shown = dict(zip(names, sections, strict=True))
         assert shown["Differences"].count("<table") == 1
         assert shown["Differences"].count("<tr") > len(ANGLES)

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from golden import bodies
-from pcnet3d.pipeline import H36M17
-from pcnet3d.stages.study.compare.figures import agreement, correlation, joint_agreement, view_spread
+from pcnet3d.stages.study.compare.figures import agreement, correlation
 
 REFERENCE = 40 + 30 * np.sin(np.linspace(0, 20, 2000))
 
@@ -43,26 +41,3 @@ def test_what_hardly_changes_has_no_r():
     noise = np.random.default_rng(2).normal(0, 0.1, (2, 50))
     assert np.isnan(correlation(*noise, least=0.5))
     assert np.isfinite(correlation(*noise, least=0.01))
-
-
-def test_view_spread_is_the_standard_deviation_between_takes():
-    assert view_spread([REFERENCE, REFERENCE + 2.0]) == pytest.approx(np.sqrt(2))
-    assert view_spread([REFERENCE, REFERENCE, REFERENCE]) == 0
-    assert view_spread([REFERENCE, np.full(len(REFERENCE), np.nan)]) is None
-
-
-def test_a_joint_that_is_off_by_a_known_distance():
-    body = np.tile(bodies.facing_camera().astype(float), (40, 1, 1))
-    size = np.sqrt((body[0, 1:] ** 2).sum(axis=-1).mean())
-    moved = body.copy()
-    moved[:20, H36M17.index("r_wrist"), 0] += 0.1
-    moved[30:, H36M17.index("head")] = np.nan
-    found = joint_agreement(moved, body, metric=True)
-    assert "pelvis" not in found
-    assert found["r_wrist"]["rms_mm"] == pytest.approx(100 / np.sqrt(2))
-    assert found["r_wrist"]["p95_percent"] == pytest.approx(10 / size)
-    assert found["head"]["frames"] == 30
-    assert found["head"]["rms_mm"] == 0
-    assert "rms_mm" not in joint_agreement(moved, body, metric=False)["r_wrist"]
-    moved[5:, H36M17.index("head")] = np.nan
-    assert "head" not in joint_agreement(moved, body, metric=True)
