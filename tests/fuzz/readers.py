@@ -247,9 +247,7 @@ def _read_study(path: Path) -> object:
     """A finished take of a batch into the study's table and page."""
     from pcnet3d.stages.study.batch.page import as_page
     from pcnet3d.stages.study.batch.study import figures, write_table
-    from pcnet3d.stages.study.batch.take import _kept
 
-    _kept(path)
     labels = {"name": "a", "condition": "", "state": "done", "exit_code": 0, "reason": ""}
     (row,) = figures(path)
     rows = [{**labels, "subject": subject, "visit": visit, **row} for subject in "ab" for visit in "12"]

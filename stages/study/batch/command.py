@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import socket
-import time
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
@@ -27,14 +24,12 @@ from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
-from .process import ending_takes
+from .process import end_takes
 from .study import doubts, write_table
 from .take import Job, Outcome, run_take
 
-STATUS, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
+MARK, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
 
-_LOCK = "batch.lock"
-_SECONDS = 1.0  # between two writings of the status
 _PATIENCE_S = 60.0  # for a cluster that has no worker
 
 
@@ -81,8 +76,9 @@ def batch(
     entries = read_entries(source, _for_all(options, common))
     output = output.resolve()
     executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
-    with executor as running, _ours_alone(output):
-        outcomes = _run([Job(entry, output, timeout) for entry in entries], output, running)
+    with executor as running:
+        _prepare(output)
+        outcomes = _run([Job(entry, output, timeout) for entry in entries], running)
         rows = study_rows(entries, outcomes)
         write_table(rows, output / TABLE)
         write_text(output / PAGE, as_page(f"Study {output.name}", rows))
@@ -120,11 +116,12 @@ def _conclude(outcomes: Sequence[Outcome], rows: Sequence[dict[str, Any]], outpu
 @contextmanager
 def on_this_machine(workers: int) -> Iterator[Executor]:
     """So many takes at a time. The threads only wait: each take has a process of its own."""
-    with ThreadPoolExecutor(workers) as executor, ending_takes():
+    with ThreadPoolExecutor(workers) as executor:
         try:
             yield executor
         except BaseException:
             executor.shutdown(wait=False, cancel_futures=True)
+            end_takes()
             raise
 
 
@@ -184,37 +181,14 @@ def _outcome(future: Future[Outcome], name: str) -> Outcome:
         return Outcome(name, "failed", 1, f"its workers failed: {type(error).__name__}: {reason}")
 
 
-@contextmanager
-def _ours_alone(output: Path) -> Iterator[None]:
-    """The output folder, checked and locked; the system lets go of the lock when its owner ends, however that is."""
-    from filelock import FileLock, Timeout
-
+def _prepare(output: Path) -> None:
+    """The output folder with its mark. InputError when it is somebody else's, or of another version of ours."""
     refuse_unwritable(output)
-    _check(output)
-    for folder in (output / "takes", output / "logs", output / "locks"):
-        folder.mkdir(parents=True, exist_ok=True)
-    try:
-        with FileLock(output / _LOCK, timeout=0):
-            _check(output)
-            for left in output.glob(".partial-*"):
-                left.unlink()
-            yield
-    except Timeout:
-        owner = read_object(output / STATUS).get("owner", "an unknown process")
-        raise InputError(
-            "already-there",
-            f"Another batch is at work in {output}: {printable(str(owner))}; wait for it, or choose another -o.",
-        ) from None
-
-
-def _check(output: Path) -> None:
-    """InputError when the folder is somebody else's, or of another version of ours."""
-    if not output.exists():
-        return
-    of = read_object(output / STATUS).get("pcnet3d")
-    ours = {"takes", "logs", "locks", _LOCK}
-    names = {path.name for path in output.iterdir() if not path.name.startswith(".partial-")}
-    if of is None and (not names <= ours or any((output / "takes").glob("[!.]*"))):
+    of = read_object(output / MARK).get("pcnet3d")
+    there = output.iterdir() if output.exists() else ()
+    if of is None and any(
+        not path.name.startswith(".partial-") for path in there
+    ):  # of a batch that was killed
         raise InputError(
             "already-there", f"{output} holds files that no `pcnet3d batch` made; choose another -o DIR."
         )
@@ -224,39 +198,22 @@ def _check(output: Path) -> None:
             f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and a study must not "
             f"mix them; choose another -o DIR, or install {of} to continue this one.",
         )
+    output.mkdir(parents=True, exist_ok=True)
+    write_json(output / MARK, {"pcnet3d": package_version(), "what": "batch"})
+    for folder in ("takes", "logs", "locks"):
+        (output / folder).mkdir(exist_ok=True)
 
 
-def _run(jobs: Sequence[Job], output: Path, executor: Executor) -> list[Outcome]:
-    """All outcomes in the jobs' order; the status is written as they come."""
-    owner = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}"
+def _run(jobs: Sequence[Job], executor: Executor) -> list[Outcome]:
+    """All outcomes in the jobs' order, those that failed said as they come."""
     outcomes: dict[str, Outcome] = {}
-    _write_status(jobs, outcomes, output, owner)
-    written = time.monotonic()
-    try:
-        with counted("takes", len(jobs)) as done, closing(outcomes_of(jobs, executor)) as coming:
-            for outcome in coming:
-                outcomes[outcome.name] = outcome
-                if outcome.state == "failed":
-                    say("failed", f"{outcome.name}: {outcome.reason}")
-                done(len(outcomes))
-                if time.monotonic() - written > _SECONDS:
-                    _write_status(jobs, outcomes, output, owner)
-                    written = time.monotonic()
-    finally:
-        _write_status(jobs, outcomes, output, "")
+    with counted("takes", len(jobs)) as done, closing(outcomes_of(jobs, executor)) as coming:
+        for outcome in coming:
+            outcomes[outcome.name] = outcome
+            if outcome.state == "failed":
+                say("failed", f"{outcome.name}: {outcome.reason}")
+            done(len(outcomes))
     return [outcomes[job.entry.name] for job in jobs]
-
-
-def _write_status(jobs: Sequence[Job], outcomes: dict[str, Outcome], output: Path, owner: str) -> None:
-    """batch.json: whose it is, and what became of each take so far."""
-    names = [job.entry.name for job in jobs]
-    takes = [
-        outcomes[name].status if name in outcomes else {"name": name, "state": "waiting"} for name in names
-    ]
-    states = ("waiting", "done", "kept", "failed")
-    counts = {state: sum(take["state"] == state for take in takes) for state in states}
-    content = {"pcnet3d": package_version(), "what": "batch", "owner": owner, **counts, "takes": takes}
-    write_json(output / STATUS, content)
 
 
 def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:

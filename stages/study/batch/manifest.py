@@ -6,7 +6,6 @@ import csv
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,6 @@ _MOST = 10  # names of files in a sentence
 
 _ROLES = ("video", "poses", "keypoints")
 _FIELDS = tuple(name for name in RunOptions.model_fields if name not in ("settings", "keypoints_options"))
-_TOGETHER = {"pitch", "roll"}  # of which none is taken without the other
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
 
 Texts = dict[
@@ -57,8 +55,7 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
     A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
     given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder. In a
     folder videos, poses and keypoints of one name are a take.
-    A common option that a take has no use for, such as a detector where there are poses, is not given to it.
-    InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
+    InputError names the row and what is wrong with it, or a common option that its take has no use for; nothing is run
     then.
     """
     given = {_column(name, "--set"): value for name, value in common.items()}
@@ -75,25 +72,15 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
         )
         raise InputError("nothing-usable", f"{source} names no take; expected {wanted}.")
     entries, places = list[Entry](), dict[str, str]()
-    refusals: dict[str, list[str]] = {name: [] for name in shared}  # "" from a take that has a use for it
     for where, row in rows:
         own, files = _texts(row, source if folder else source.parent, where)
         with naming(where):
-            stem = _stem(own)
-            planned(_run_options(own))
-            others, why = _useful(shared, own)
-            options = _run_options({**others, **own})
-        for option, reason in why.items():
-            refusals[option].append(reason)
-        files |= {option: path for option, path in shared_files.items() if option in others}
+            options, stem = _run_options({**shared, **own}), _stem(own)
+            planned(options)
         name = row.get("name") or stem
         _check_name(name, where, places)
-        entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
-    for option, reasons in refusals.items():
-        if reasons and all(reasons):
-            raise InputError(
-                "option-conflict", f"--set {option}: no take can use it; the last one says: {reasons[-1]}"
-            )
+        labels = {label: row.get(label, "") for label in LABELS}
+        entries.append(Entry(name, options, {**shared_files, **files}, labels))
     return tuple(entries)
 
 
@@ -142,31 +129,6 @@ def _typed(name: str, text: str | tuple[str, ...]) -> Any:
 def _run_options(texts: Texts) -> RunOptions:
     fields = {name: text for name, text in texts.items() if name in _FIELDS}
     return RunOptions(settings={name: text for name, text in texts.items() if name not in fields}, **fields)
-
-
-def _useful(shared: Texts, own: Texts) -> tuple[Texts, dict[str, str]]:
-    """Those of the common options that a take does not set itself and has a use for, and of all that it does not set
-    why it has none, or ""."""
-    useful, why = Texts(), dict[str, str]()
-    # A recipe first, for it decides which stages there are.
-    for option in sorted(shared.keys() - own.keys(), key=lambda option: (option != "recipe", option)):
-        together = [name for name in shared if name == option or {name, option} == _TOGETHER]
-        tried = {**own, **useful, **{name: shared[name] for name in together}}
-        tried |= {role: "a file" for role in _ROLES if role in tried}  # which one does not matter
-        if not (reason := _refusal(tuple(sorted(tried.items())))):
-            useful[option] = shared[option]
-        why[option] = reason
-    return useful, why
-
-
-@cache
-def _refusal(texts: tuple[tuple[str, str | tuple[str, ...]], ...]) -> str:
-    """Why `run` would refuse these options; "" where it takes them."""
-    try:
-        planned(_run_options(dict(texts)))
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:

@@ -32,7 +32,6 @@ def as_page(title: str, rows: Rows) -> str:
         ("Failed takes", _failed(failed)),
         ("Takes", _takes(done)),
         ("Figures", _figures(done)),
-        ("Warnings and repairs", _told(done)),
     ]
     return page(title, _head(rows, done), sections)
 
@@ -96,8 +95,7 @@ def _takes(rows: Rows) -> Markup:
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
         "bone lengths vary by (%)": [None if share is None else 100 * share for share in spreads],
-        "warnings": [_count(row, WARNS) for row in rows],
-        "repairs": [_count(row, ("repair",)) for row in rows],
+        "warnings": [sum(said["weight"] in WARNS for said in row.get("notices", ())) for row in rows],
     }
     about = "A take's name links to its report. Click a column's heading to sort by it."
     return _table(rows, columns) + small(about) if rows else Markup("")
@@ -136,18 +134,3 @@ def _cell(measure: Measure | None) -> Cell:
         return Stated(float(shown(measure.value, measure.error)), half_bar(measure.error))
     counts = not measure.unit and float(measure.value).is_integer()
     return int(measure.value) if counts else measure.value
-
-
-def _told(rows: Rows) -> Markup:
-    lines: list[list[Cell]] = [
-        [_linked(row), said["weight"], said["code"], said["text"]]
-        for row in rows
-        for said in row.get("notices", ())
-        if said["weight"] in (*WARNS, "repair")
-    ]
-    return table(("take", "weight", "code", "what"), lines, sortable=True)
-
-
-def _count(row: Mapping[str, Any], weights: tuple[str, ...]) -> int:
-    """How many notices of a take have one of the weights."""
-    return sum(said["weight"] in weights for said in row.get("notices", ()))

@@ -8,9 +8,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from multiprocessing import parent_process
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing import active_children, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -42,10 +42,6 @@ class Ended(NamedTuple):
     code: str = ""
 
 
-_running: set[BaseProcess] = set()
-_stopped = threading.Event()
-
-
 def run_apart(work: Callable[[], object], log: Path, timeout_s: float | None) -> Ended:
     """How work() ended in a process of its own; all that it prints goes to the file `log`. work: as multiprocessing can
     send it.
@@ -60,42 +56,26 @@ def run_apart(work: Callable[[], object], log: Path, timeout_s: float | None) ->
     with receive:
         with send:
             process.start()
-        _running.add(process)
-        try:
-            if _stopped.is_set():
-                process.terminate()
-            process.join(timeout_s)
-            if process.is_alive():
-                kill(process)
-                raise TimeoutError
-            with suppress(EOFError):  # it sent nothing
-                return receive.recv()
-            return _without_words(process.exitcode)
-        finally:
-            _running.discard(process)
-            process.close()
+        process.join(timeout_s)
+        if process.is_alive():
+            kill(process)
+            raise TimeoutError
+        with suppress(EOFError):  # it sent nothing
+            return receive.recv()
+        return _without_words(process.exitcode)
 
 
-@contextmanager
-def ending_takes() -> Iterator[None]:
-    """When the block is left by an exception, the takes that this process runs are ended, and whichever would begin
-    after them; each tidies up first."""
-    _stopped.clear()
-    try:
-        yield
-    except BaseException:
-        _stopped.set()
-        running = tuple(_running)
+def end_takes() -> None:
+    """End the takes that this process runs; each tidies up first."""
+    asked, late_s = set[BaseProcess](), time.monotonic() + _TO_END_S
+    while running := active_children():
         for process in running:
-            with suppress(ValueError):  # it has ended meanwhile
+            if process not in asked:
                 process.terminate()
-        deadline = time.monotonic() + _TO_END_S
-        while _running.intersection(running) and time.monotonic() < deadline:
-            time.sleep(0.05)
-        for process in running:
-            with suppress(ValueError):
+                asked.add(process)
+            elif time.monotonic() > late_s:
                 kill(process)
-        raise
+        time.sleep(0.05)
 
 
 def failure(error: Exception) -> Ended:

@@ -6,15 +6,12 @@ import hashlib
 import json
 import shutil
 import socket
-import time
 from dataclasses import dataclass, field
 from functools import partial
 from glob import escape
 from multiprocessing import current_process
 from pathlib import Path
 from typing import Any, Literal
-
-from pydantic import BaseModel, ValidationError
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import package_version
@@ -62,23 +59,8 @@ class Outcome:
     state: Literal["done", "kept", "failed"]
     exit_code: int = 0
     reason: str = ""
-    seconds: float = 0.0
-    host: str = ""
     rows: tuple[dict[str, Any], ...] = ()
     code: str = ""
-
-    @property
-    def status(self) -> dict[str, Any]:
-        """As batch.json has it."""
-        return {name: value for name, value in vars(self).items() if name != "rows"}
-
-
-class _Kept(BaseModel):
-    """What a summary keeps of the batch that did the take."""
-
-    key: str = ""
-    files: dict[str, dict[str, str]] = {}
-    seconds: float = 0.0
 
 
 def run_take(job: Job) -> Outcome:
@@ -86,9 +68,7 @@ def run_take(job: Job) -> Outcome:
     and at once from several machines that share the disk."""
     from filelock import FileLock
 
-    start = time.perf_counter()
-    host = socket.gethostname()
-    name = job.entry.name
+    host, name = socket.gethostname(), job.entry.name
     try:
         if package_version() != job.version:
             raise InputError(
@@ -107,78 +87,39 @@ def run_take(job: Job) -> Outcome:
             )
         with FileLock(job.lock):
             _tidy(job.folder)
-            kept = _kept(job.folder)
-            files = _hashes(job.entry, kept.files)
-            key = _key(job.entry, files)
-            if kept.key == key:
-                return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
-            ended = _run(job)
-            seconds = round(time.perf_counter() - start, 2)
-            if ended.exit_code:
+            key = result_key(job.entry)
+            if read_summary(job.folder).get(_KEY) == key:
+                return Outcome(name, "kept", rows=figures(job.folder))
+            if (ended := _run(job)).exit_code:
                 _tidy(job.folder)
-                return _failed(job, ended, seconds)
-            add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
+                return _failed(name, ended)
+            add_to_summary(job.folder, **{_KEY: key})
             job.log.unlink(missing_ok=True)
-            return Outcome(name, "done", seconds=seconds, host=host, rows=figures(job.folder))
+            return Outcome(name, "done", rows=figures(job.folder))
     except (InputError, OSError) as error:
-        return _failed(job, failure(error))
+        return _failed(name, failure(error))
 
 
-def _failed(job: Job, ended: Ended, seconds: float = 0.0) -> Outcome:
-    host = socket.gethostname()
-    return Outcome(job.entry.name, "failed", ended.exit_code, ended.reason, seconds, host, code=ended.code)
+def _failed(name: str, ended: Ended) -> Outcome:
+    return Outcome(name, "failed", ended.exit_code, ended.reason, code=ended.code)
 
 
-def _kept(folder: Path) -> _Kept:
-    """Of an earlier batch; nothing where there is none, or where somebody has changed it."""
-    try:
-        return _Kept.model_validate(read_summary(folder).get(_KEY, {}))
-    except ValidationError:
-        return _Kept()
-
-
-def _hashes(entry: Entry, earlier: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
-    """Of every file of the take, and of those that its recipe names: its name, a stamp of size and time, and its
-    SHA-256; the hash is taken from the last time where the stamp is still the same."""
-    paths = dict(entry.files)
-    if "recipe" in paths:
-        for number, stage in enumerate(load_recipe(paths["recipe"]).stages):
+def result_key(entry: Entry) -> str:
+    """What the take's result depends on, as a hash: options, contents of its files and of those that its recipe names,
+    versions of all packages that take part."""
+    given = entry.options.model_dump(mode="json", exclude_unset=True)
+    settings = given.pop("settings", {})
+    files = dict(entry.files)
+    if "recipe" in files:
+        for number, stage in enumerate(load_recipe(files["recipe"]).stages):
             for option, path in files_among(stage.options).items():
-                paths[f"recipe {number} {option}"] = path
-    hashes = {}
-    for column, path in paths.items():
-        stamp = _stamp(path)
-        before = earlier.get(column, {})
-        digest = before.get("sha256") if before.get("stamp") == stamp else None
-        hashes[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
-    return hashes
-
-
-def _stamp(path: Path) -> str:
-    digest = hashlib.sha256()
-    for part in [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file()):
-        status = part.stat()
-        digest.update(
-            f"{part.relative_to(path)}\0{status.st_size}\0{status.st_mtime_ns}\n".encode(errors="replace")
-        )
-    return digest.hexdigest()
-
-
-def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
-    """What the take's result depends on: options, contents of files, versions of all packages that take part."""
+                files[f"recipe {number} {option}"] = path
     content = {
-        "options": _without_paths(entry),
-        "files": {column: (file["file"], file["sha256"]) for column, file in files.items()},
+        "options": {name: value for name, value in {**given, **settings}.items() if name not in entry.files},
+        "files": {column: (printable(path.name), sha256(path)) for column, path in files.items()},
         "versions": registry.packages(),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def _without_paths(entry: Entry) -> dict[str, Any]:
-    """The options that a user gave, but for those that are files."""
-    given = entry.options.model_dump(mode="json", exclude_unset=True)
-    settings = given.pop("settings", {})
-    return {name: value for name, value in {**given, **settings}.items() if name not in entry.files}
 
 
 def _tidy(folder: Path) -> None:

@@ -117,63 +117,18 @@ def test_common_options_are_checked_too(study, told):
         read_entries(manifest(study, "poses", "a.npy"), told)
 
 
-@pytest.fixture
-def mixed(study) -> Path:
-    """A manifest of a take with poses, one with keypoints and one with nothing but a video."""
-    for name in ("v.mp4", "k.json"):
-        (study / name).write_bytes(b"")
-    return manifest(
-        study, "name,video,poses,keypoints", "poses,,a.npy,", "both,v.mp4,,k.json", "video,v.mp4,,"
-    )
-
-
-@pytest.mark.parametrize(
-    ("told", "takes"),
-    [
-        ({"detector": "movenet"}, [2]),
-        ({"detect.person_detector": "yolox"}, [2]),
-        ({"detect.looks": "1"}, [2]),
-        ({"lifter": "pcnet3d"}, [1, 2]),
-        ({"lift.flip": "yes"}, [1, 2]),
-        ({"calibrate.camera_name": "cam01"}, [1, 2]),
-        ({"calibrate": "off"}, [1, 2]),
-        ({"adapter": "arrays"}, [0]),
-        ({"option": "pixel=true"}, [0]),
-        ({"read.keypoints_adapter": "json2d"}, [1]),
-        ({"read.first_frame": "7"}, [0, 1]),
-        ({"stature": "1.8"}, [0, 1, 2]),
-        ({"camera": "moving"}, [0, 1, 2]),
-        ({"detector": "movenet", "stature": "1.8"}, [2]),
-    ],
-    ids=str,
-)
-def test_a_common_option_goes_to_the_takes_that_have_a_use_for_it(mixed, told, takes):
-    entries = read_entries(mixed, told)
-    option = {"option": "options"}.get(name := next(iter(told)).removeprefix("read."), name)
-    heard = [option in entry.options.settings or option in given(entry) for entry in entries]
-    assert [number for number, hears in enumerate(heard) if hears] == takes
-    if "stature" in told:
-        assert all(entry.options.stature == 1.8 for entry in entries)
-
-
-@pytest.mark.parametrize(
-    "told", [{"detector": "movenet"}, {"calibrate.camera_name": "cam01"}, {"lift.flip": "yes"}]
-)
-def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_take(study, told):
-    column = next(iter(told))
-    with pytest.raises(InputError, match=rf"--set {column}: no take can use it.*this run does not have"):
-        read_entries(manifest(study, "poses", "a.npy", "b.npy"), {"fps": "30", **told})
-
-
-def test_an_own_option_that_the_take_has_no_use_for_is_refused_with_its_line(study):
+def test_an_option_that_a_take_has_no_use_for_is_refused_with_its_line(study):
     with pytest.raises(InputError, match=r"line 3: --detector is for the stage 'detect'"):
         read_entries(manifest(study, "poses,detector", "a.npy,", "b.npy,movenet"), {})
+    for name, value in {"detector": "movenet", "calibrate.camera_name": "cam01", "lift.flip": "yes"}.items():
+        with pytest.raises(InputError, match=r"line 2: .* which this run does not have"):
+            read_entries(manifest(study, "poses", "a.npy"), {"fps": "30", name: value})
 
 
 def test_a_common_recipe_counts(study):
     """It has no stage that a cut-off is for."""
     common = {"recipe": str(study / "quick.toml"), "trajectories.cutoff_hz": "5"}
-    with pytest.raises(InputError, match=r"--set trajectories.*which this run does not have"):
+    with pytest.raises(InputError, match=r"trajectories.*which this run does not have"):
         read_entries(manifest(study, "poses", "a.npy"), common)
 
 

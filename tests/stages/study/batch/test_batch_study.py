@@ -15,7 +15,7 @@ from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.page import as_page
 from pcnet3d.stages.study.batch.study import _shown, figures
-from pcnet3d.stages.study.batch.take import Outcome, _hashes, _kept, _key
+from pcnet3d.stages.study.batch.take import Outcome, result_key
 
 SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
 
@@ -120,8 +120,6 @@ def test_a_run_without_its_files_has_nothing_to_say(tmp_path):
 def test_a_summary_that_somebody_has_changed_has_words(made, summary):
     with pytest.raises(InputError, match=r"finished.*remove that folder"):
         figures(made(**summary))
-    run = made(batch={"key": ["x"], "files": 3})
-    assert _kept(run).key == ""
 
 
 @pytest.fixture
@@ -131,28 +129,24 @@ def entry(tmp_path) -> Entry:
     return Entry("a", RunOptions(poses=path, fps=30), {"poses": path}, {"subject": "s"})
 
 
-def key(entry: Entry) -> str:
-    return _key(entry, _hashes(entry, {}))
-
-
 def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes(
     entry, tmp_path, monkeypatch
 ):
-    first = key(entry)
-    assert key(replace(entry, name="b", labels={"subject": "t"})) == first
-    assert key(replace(entry, options=entry.options.with_(fps=25))) != first
+    first = result_key(entry)
+    assert result_key(replace(entry, name="b", labels={"subject": "t"})) == first
+    assert result_key(replace(entry, options=entry.options.with_(fps=25))) != first
     (tmp_path / "elsewhere").mkdir()
     moved = (tmp_path / "a.npy").rename(tmp_path / "elsewhere" / "a.npy")
     entry = replace(entry, options=entry.options.with_(poses=moved), files={"poses": moved})
-    assert key(entry) == first
+    assert result_key(entry) == first
     moved.write_bytes(b"other poses")
-    assert key(entry) != first
+    assert result_key(entry) != first
     moved.write_bytes(b"some poses")
-    assert key(entry) == first
+    assert result_key(entry) == first
     known = dict(registry.registered("stages"))
     monkeypatch.setattr(registry, "entry_points", lambda group: ())
     assert known
-    assert key(entry) != first
+    assert result_key(entry) != first
 
 
 @pytest.mark.parametrize(
@@ -165,12 +159,6 @@ def test_a_file_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch, sta
     recipe.write_text(f'[[stages]]\nuse = "{stage}"\n{named}\n')
     options = entry.options.with_(recipe=recipe)
     entry = replace(entry, options=options, files={**entry.files, "recipe": recipe})
-    first = key(entry)
+    first = result_key(entry)
     file.write_bytes(b"two")
-    assert key(entry) != first
-
-
-def test_an_unchanged_file_is_not_read_again(entry, monkeypatch):
-    known = _hashes(entry, {})
-    monkeypatch.setattr("pcnet3d.stages.study.batch.take.sha256", lambda path: np.nan)
-    assert _hashes(entry, known) == known
+    assert result_key(entry) != first
