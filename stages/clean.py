@@ -17,6 +17,7 @@ from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
+from ..pipeline.signals.splines import monotone_slopes, on_spline
 from ..pipeline.signals.visibility import size_doubted, unseen
 
 _SHORTEST_S = 0.3  # of a time that is worth a sentence
@@ -264,8 +265,6 @@ def _filled(
     count = 0
     if np.isfinite(joints).all():
         return joints, count
-    from scipy.interpolate import PchipInterpolator
-
     clip = np.searchsorted(np.asarray(seams), np.arange(len(joints)), side="right")
     for joint in range(joints.shape[1]):
         there = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
@@ -280,6 +279,7 @@ def _filled(
         )
         rows = rows.astype(int)
         if len(rows):
-            joints[rows, joint] = PchipInterpolator(time_s[there], joints[there, joint])(time_s[rows])
+            times, path = time_s[there], joints[there, joint].astype(np.float64)
+            joints[rows, joint] = on_spline(times, path, monotone_slopes(times, path), time_s[rows])
             count += len(rows)
     return joints, count

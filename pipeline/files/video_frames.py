@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from av import VideoFrame
     from av.container import InputContainer
 
-_NEAR = 12  # frames that are decoded sooner than searched for
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
 # FFmpeg's names of those that adapters/video.py recognises.
@@ -70,9 +70,9 @@ def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None)
     the longer side, of images in grey (H, W) that are brought to that size. InputError as for `images_from`."""
     images: dict[int, np.ndarray] = {}
     with _opened(video) as film:
-        coming: Iterator[tuple[int, VideoFrame]] = iter(())
+        coming: Iterator[tuple[int, VideoFrame]] | None = None
         for wanted in sorted(set(frames)):
-            if not images or wanted - film.number > _NEAR:
+            if coming is None or _has_key(video, film.number, wanted):
                 coming = film.frames_from(wanted)
             for number, frame in coming:
                 if number == wanted:
@@ -80,6 +80,13 @@ def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None)
                 if number >= wanted:
                     break
     return images
+
+
+def _has_key(video: Video, passed: int, wanted: int) -> bool:
+    """Whether there is a key frame behind frame `passed` and not behind `wanted`: otherwise a search for it would go
+    back to what was decoded."""
+    keys = video.key_frames
+    return bisect_right(keys, passed) < bisect_right(keys, wanted)
 
 
 @contextmanager

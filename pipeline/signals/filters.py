@@ -17,6 +17,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.pose import PoseSequence
+from .splines import monotone_slopes, on_spline, smooth_slopes
 
 CUTOFF_HZ = 6.0  # what Pose2Sim and Sports2D filter marker positions with, and gait laboratories before them
 
@@ -145,8 +146,6 @@ def lowpass(
     cannot settle. A piece is continued by its own point reflection at both ends, so its first and last rows are
     smoothed least. InputError for a cut-off at or above Nyquist.
     """
-    from scipy.interpolate import CubicSpline
-
     fps = rate(time_s)
     check_cutoff(cutoff_hz, fps)
     warped = np.tan(np.pi * cutoff_hz / fps) / (np.sqrt(2) - 1) ** (1 / ORDER)
@@ -168,7 +167,8 @@ def lowpass(
         count = round(float(times[-1] - times[0]) * fps) + 1
         if count > pad and len(values) >= 4:
             grid = np.linspace(times[0], times[-1], count)
-            result[piece] = CubicSpline(grid, both_ways(_between(times, values, grid)))(times)
+            smooth = both_ways(_between(times, values, grid))
+            result[piece] = on_spline(grid, smooth, smooth_slopes(grid, smooth), times)
     return result
 
 
@@ -199,8 +199,6 @@ def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), ord
     interval: a 3 Hz motion at 30 frames a second keeps 99.9 % of its velocity, where central differences keep 94 %.
     It smooths nothing: filter first.
     """
-    from scipy.interpolate import CubicSpline
-
     x = np.asarray(x, dtype=np.float64)
     result = np.full(x.shape, np.nan)
     for piece in runs(_known(x), time_s, seams):
@@ -208,7 +206,7 @@ def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), ord
             continue
         values = x[piece]
         for _ in range(order):
-            values = CubicSpline(time_s[piece], values)(time_s[piece], 1)
+            values = smooth_slopes(time_s[piece], values)
         result[piece] = values
     return result
 
@@ -238,13 +236,11 @@ def resample(x: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequenc
 def _between(time_s: np.ndarray, x: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     """x (T, ...) of one piece at times at_s (N,) inside it: of a cubic spline; in holes of a monotone one, for there
     the noise of the rows on both sides would swing far."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator
-
-    result = CubicSpline(time_s, x)(at_s)
+    result = on_spline(time_s, x, smooth_slopes(time_s, x), at_s)
     inside = np.isin(np.searchsorted(time_s, at_s), holes(time_s))
     if inside.any():
-        result[inside] = PchipInterpolator(time_s, x)(at_s[inside])
-    return np.asarray(result)
+        result[inside] = on_spline(time_s, x, monotone_slopes(time_s, x), at_s[inside])
+    return result
 
 
 def on_lines(x: np.ndarray, at: np.ndarray, known: np.ndarray | None = None) -> np.ndarray:

@@ -26,7 +26,7 @@ _ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_TH
 _ENVIRONMENT |= {"OPENCV_FOR_THREADS_NUM": "1", "PYTHONIOENCODING": "utf-8"}
 # What takes most of a run's start and begins no thread, which a process that is forked would lack.
 PRELOADED = (
-    "scipy.interpolate", "scipy.ndimage", "scipy.spatial.transform", "cv2", "av",
+    "scipy.ndimage", "scipy.spatial.transform", "cv2", "av",
     *(f"pcnet3d.stages.{stage}" for stage in ("lift", "place", "angles", "trajectories")),
     *(f"pcnet3d.stages.{stage}.stage" for stage in ("measures", "record", "export", "report")),
     "pcnet3d.pipeline.running.run", "pcnet3d.stages.study.batch.process",
