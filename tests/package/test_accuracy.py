@@ -101,14 +101,14 @@ def test_a_new_network_asks_for_new_figures(monkeypatch):
 
 def test_an_evaluation_replaces_its_block_only():
     measured = evaluation()
-    measured["standing"]["geometric"]["mean"]["up_deg"] = 12.34567
+    measured["standing"]["skeletons alone"]["mean"]["up_deg"] = 12.34567
     after = write.updated(FIGURES, measured)
     block = after.pop("real_take")
     assert after == {name: block for name, block in FIGURES.items() if name != "real_take"}
     assert block["date"] == "2031-01-02"
     assert block["networks"] == {name: write.shipped()[name] for name in ("lifter", "pcnet")}
     wanted = copy.deepcopy(FIGURES["real_take"]["figures"])
-    wanted["standing"]["geometric"]["mean"]["up_deg"] = 12.3457
+    wanted["standing"]["skeletons alone"]["mean"]["up_deg"] = 12.3457
     assert block["figures"] == wanted
 
 
@@ -124,7 +124,7 @@ def test_only_figures_that_are_quoted_are_kept():
         ({"seed": 3}, "seed"),
         ({"bed": "typical"}, "typical"),
         ({"judged": "val"}, "val"),
-        ({"lift": {}}, "quote lift/"),
+        ({"balancing": {}}, "quote balancing/"),
     ],
 )
 def test_an_evaluation_of_something_else_is_refused(wrong, words):

@@ -20,7 +20,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
-from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise
+from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
 from ...common.metrics import SD_90, plain
 from ...gravity.levelling import HEADING_POWER
@@ -29,9 +29,10 @@ from ...lifter.load import load_lifter
 from . import judge
 from .figures import figures
 from .judge import STRANGERS, Squares, Stated, fitted, held_out, thinned
+from .real_data import BALANCING
 from .runs import Configuration, Question, Simulated, finished
 from .statements import HEADING_90, UP_90, statements
-from .testbed import VIEWS, Answers
+from .testbed import VIEWS
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
@@ -48,17 +49,8 @@ ABOUT = (
 )
 
 
-def asked(question: Question, answers: Answers | None = None) -> dict[str, Configuration]:
-    """The configurations that are judged, by name: of the question's lifter and of simulated foreign ones, or of a
-    lifter's answers."""
-    if answers is not None:
-        return {
-            f"{answers.name}, {bed}{', image' if image else ''}": Configuration(
-                image, foreign=answers, bed=bed
-            )
-            for bed in answers.beds(question.seed)
-            for image in (False, True)
-        }
+def asked(question: Question) -> dict[str, Configuration]:
+    """The configurations that are judged, by name."""
     own = Configuration(lifter=str(question.lifter))
     return {
         "bodies alone": own,
@@ -74,8 +66,8 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
         "simulated other lifters": Configuration(foreign=Simulated()),
-        "real take": replace(own, real=True),
-        "real take, image": replace(own, real=True, image=True),
+        "real take": replace(own, real=BALANCING),
+        "real take, image": replace(own, real=BALANCING, image=True),
     }
 
 
@@ -84,27 +76,24 @@ def tables(
     part: Sequence[str] | None = None,
     fit: bool = False,
     output: Path | None = None,
-    answers: Path | None = None,
     errors: Path | None = None,
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
     holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms, p50, bar}.
-    answers: judge that lifter's (testbed.Answers). errors: a file of errors of angles that takes are given; what is
-    fitted begins with these, or the shipped ones. InputError for a part that there is not, and one that nothing is
-    fitted in."""
-    foreign = None if answers is None else Answers(answers)
-    known = asked(question, foreign)
+    errors: a file of errors of angles that takes are given; what is fitted begins with these, or the shipped ones.
+    InputError for a part that there is not, and one that nothing is fitted in."""
+    known = asked(question)
     if unknown := [name for name in part or () if name not in known]:
         raise InputError(
             "name-unknown", f"There is no part '{unknown[0]}'; {did_you_mean(unknown[0], known)}"
         )
-    fitting = FITTED if foreign is None else tuple(known)
-    if fit and part and not set(part) & set(fitting):
+    if fit and part and not set(part) & set(FITTED):
         raise InputError(
-            "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(fitting)}."
+            "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(FITTED)}."
         )
-    # Answers have errors by a file alone: what is fitted begins with one.
-    begun = errors or (NOISE_FILE if fit and foreign else None)
+    method = load_lifter(str(question.lifter)).method
+    # Other lifters than the shipped one have errors by a file alone: what is fitted begins with one.
+    begun = errors or (NOISE_FILE if fit and method != shipped_noise().lifter else None)
     asked_for = {name: replace(of, errors=begun) for name, of in known.items() if not part or name in part}
     cases = collected(question, asked_for)
     rows = [
@@ -122,9 +111,8 @@ def tables(
         output.mkdir(parents=True, exist_ok=True)
         write_text(output / _ROWS, as_json(rows))
         if fit:
-            own = {name: of for name, of in cases.items() if name in fitting}
-            of = load_lifter(str(question.lifter)).method if foreign is None else foreign.name
-            noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=of)
+            own = {name: of for name, of in cases.items() if name in FITTED}
+            noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=method)
             write_text(output / "joint_noise.json", noise.as_json())
             if takes := _with_spread(own.get("image", {}).get("BODY's rotation", ())):
                 write_json(output / "heading.json", heading(takes))

@@ -38,11 +38,13 @@ _LEDGER = ("date", "command", "networks", "because")
 @dataclass(frozen=True)
 class Report:
     """module: from this folder. takes: the options that it has, besides -o and --device. defaults: of these, where they
-    are not _USUAL. file: of its page and figures, without an ending."""
+    are not _USUAL. runs: whether it judges whole runs, which the shipped rectifier levels. file: of its page and
+    figures, without an ending."""
 
     module: str
     takes: tuple[str, ...]
     defaults: dict[str, Any] = field(default_factory=dict)
+    runs: bool = False
     file: str = "evaluation"
 
 
@@ -56,15 +58,16 @@ REPORTS = {
     "rectifiers": Report(".rectifiers", ("rectifier", *_VIRTUAL, "data", "split", "targets")),
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
     "gait": Report(".gait", ("rectifier", *_VIRTUAL), {"rectifier": ("pcnet",)}),
-    "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}),
-    "verdicts": Report(".verdicts", _VIRTUAL),
-    "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}),
+    "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
+    "verdicts": Report(".verdicts", _VIRTUAL, runs=True),
+    "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}, runs=True),
     "errors": Report(
         ".errors",
-        ("lifter", "seed", "sets", "because", "part", "fit", "answers", "errors"),
+        ("lifter", "seed", "sets", "because", "part", "fit", "errors"),
+        runs=True,
         file="stated_errors",
     ),
-    "real-take": Report(".real_take", ("rectifier", "lifter")),
+    "real-take": Report(".real_take", ("lifter",), runs=True),
     "real-clips": Report(".real_rectified", ("rectifier", "lifter")),
 }  # fmt: skip
 
@@ -72,7 +75,7 @@ REPORTS = {
 def evaluate(
     report: Annotated[str, Argument(help=f"What to test: {', '.join(REPORTS)}.")],
     output: Annotated[Path, Option("-o", "--output", help="Folder for the report, .md and .json.")],
-    lifter: Annotated[str | None, Option(help="pcnet3d (built-in), or an .onnx file.")] = None,
+    lifter: Annotated[str | None, Option(help="A name, or an .onnx file.")] = None,
     rectifier: Annotated[list[str] | None, Option(help="A name or an .onnx file; repeatable.")] = None,
     sets: Annotated[Sets | None, Option(help="Validation people, or others, with --because.")] = None,
     because: Annotated[str | None, Option(help="Why test people are looked at; goes to the ledger.")] = None,
@@ -81,7 +84,6 @@ def evaluate(
     seeds: Annotated[int | None, Option(min=1, help="repetitions: cameras for each take.")] = None,
     part: Annotated[list[str] | None, Option(help="errors: a configuration alone; repeatable.")] = None,
     fit: Annotated[bool | None, Option("--fit", help="errors: fit them to DIR/joint_noise.json.")] = None,
-    answers: Annotated[Path | None, Option(help="errors: another lifter's, to testbed --keypoints.")] = None,
     errors: Annotated[Path | None, Option(help="errors: of angles, as --fit writes them.")] = None,
     data: Annotated[Path | None, Option(help="rectifiers: a file of lab mocap, clean poses only.")] = None,
     split: Annotated[Path | None, Option(help="rectifiers: JSON that lists --data's `test`.")] = None,
@@ -91,7 +93,7 @@ def evaluate(
     """Test lifters, rectifiers and later stages where the truth is known."""
     options = {
         "lifter": lifter, "rectifier": rectifier, "sets": sets, "because": because, "bed": bed, "seed": seed,
-        "seeds": seeds, "part": part, "fit": fit, "answers": answers, "errors": errors, "data": data, "split": split,
+        "seeds": seeds, "part": part, "fit": fit, "errors": errors, "data": data, "split": split,
         "targets": targets,
     }  # fmt: skip
     asked = _asked(report, {name: value for name, value in options.items() if value is not None})
@@ -113,7 +115,7 @@ def evaluate(
             **module.tables(question, **asked),
         }
         methods = [load_lifter(str(question.lifter)).method] if "lifter" in of.takes else []
-        methods += [each.method for each in rectifiers]
+        methods += [each.method for each in (rectifiers or [load_rectifier("pcnet")] * of.runs)]
         results.setdefault("networks", [method for method in methods if "@" in method])
     results |= {"date": date.today().isoformat(), "device": where.summary()}
     output.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,6 @@
 """Lifters and rectifiers on real clips: agreement and consistency, not error, since nobody knows the truth.
 
-Two lifters of one video should show one body, a camera that stands still has one `up`, and people who stand or walk
-hold their trunk near it.
+Two lifters of one video should show one body, and a camera that stands still has one `up`.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from ...common.metrics import Figure, relative
 from ..mocap.clips import data_folder
 from .runs import Question
 from .takes import Answer, answers, named
+from .testbed import lifted_by
 
 _OURS = "pcnet3d on MoveNet"
 # By clip: an array of its file, the lifter's name and the array's layout; the cameras stand still.
@@ -39,8 +39,7 @@ _PAIRS = (
 )
 ABOUT = (
     "Nobody knows the truth of these. Degrees over frames, p50 / mean / p95: how far two lifters of one video are "
-    "apart before and after rectification; a frame's up against the take's mean up; the trunk against the take's up, "
-    "and the 90 % bound that is stated of it."
+    "apart before and after rectification; a frame's up against the take's mean up."
 )
 
 
@@ -53,7 +52,7 @@ def real_poses(question: Question) -> Iterator[tuple[str, str, PoseSequence]]:
                 found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
                 if name == _OURS:
                     width, height = (int(side) for side in file["image_size"])
-                    poses = question.lift(image_poses(found, layout), (width, height))
+                    poses = lifted_by(question.lifter, image_poses(found, layout), (width, height))
                 else:
                     poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
                 joints = relative(poses.joints.astype(np.float64))
@@ -69,13 +68,12 @@ def image_poses(keypoints: np.ndarray, layout: Layout) -> PoseSequence:
 
 
 def consistency(question: Question) -> dict[str, Any]:
-    """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}, "trunk": {"clip,
-    lifter": {method: {"lean": Figure, "bound"}}}}, degrees over frames.
+    """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}}, degrees over
+    frames.
 
     apart: one lifter's body against the other's, before ("camera axes") and after each rectifier, frame by frame and
         with one gravity a take: the rotation that brings one closest to the other. up: between a frame's up and the
-        take's mean of them. trunk: between pelvis to thorax and the take's one up; bound is what nine in ten takes'
-        up is said to stay under.
+        take's mean of them.
     """
     joints: dict[tuple[str, str], np.ndarray] = {}
     found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
@@ -99,10 +97,6 @@ def consistency(question: Question) -> dict[str, Any]:
             }
             for key, said in found.items()
         },
-        "trunk": {
-            ", ".join(key): {method: _trunk(joints[key], both["a take"]) for method, both in said.items()}
-            for key, said in found.items()
-        },
     }
 
 
@@ -114,15 +108,6 @@ def spread_deg(up: np.ndarray) -> np.ndarray:
 def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: consistency as "real, rectified"."""
     return {**question.heading(), "real, rectified": consistency(question)}
-
-
-def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:
-    """How far pelvis to thorax is from the take's up, and how far that is said to be off at most."""
-    assert take.R_camera_from_level is not None
-    assert take.levelled is not None
-    trunk = joints[:, H36M17.index("thorax")] - joints[:, H36M17.index("pelvis")]
-    up = np.broadcast_to(take.R_camera_from_level[:, 2], trunk.shape)
-    return {"lean": Figure.of(angle_deg(trunk, up)), "bound": float(np.median(take.levelled.up_bound_deg))}
 
 
 def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@ their truth, in every configuration that a run can have.
 
 A finished take is what `pcnet3d run` leaves before it writes files: the stages of the default recipe, from keypoints of
 the test bed on, or of a real video with truth, so that what is judged is what a user gets. Other lifters than the
-built-in one are a user's own, whose answers are files (testbed.Answers), or simulated.
+built-in one are those of other packages and files, or simulated.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import MadeBy, PoseSequence, package_version
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.reading.load import read_video
 from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
@@ -35,6 +35,7 @@ from ....pipeline.signals.filters import each_path
 from ...angle_error.posture import features, growth
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
+from ...gravity.lines import tangent
 from ...gravity.view import camera_of, known_camera
 from ...lifter.builtin import lift
 from ...lifter.features import body_rays
@@ -42,14 +43,14 @@ from ..mocap.clips import Subjects, data_set, lying, read_clips
 from ..synthetic.cameras import ViewRange
 from ..synthetic.draw import NumpyDraw
 from ..synthetic.keypoint_noise import detect
-from .real_data import MOVING, found_keypoints, mid_hips, read_moving, whole_body
+from .real_data import read_real, read_seen, whole_body
 from .testbed import (
     BEDS,
     MIN_FRAMES,
-    Answers,
     Bed,
     LiftedTake,
     SeenTake,
+    lifted_by,
     lifted_takes,
     see,
     seen_from,
@@ -130,21 +131,11 @@ class Question:
         )
         yield from each(takes, f"{of.label} takes", len(of.clips()))
 
-    def lift(
-        self,
-        keypoints: PoseSequence,
-        image_size: tuple[int, int],
-        focal_px: float | None = None,
-        up: np.ndarray | None = None,
-    ) -> PoseSequence:
-        """lifter.builtin.lift by the lifter that is judged."""
-        return lift(keypoints, image_size, focal_px, model=self.lifter, up=up)
-
     def lift_seen(
         self, seen: SeenTake, focal_px: float | None = None, up: np.ndarray | None = None
     ) -> PoseSequence:
-        """The lift of a take of the test bed."""
-        return self.lift(seen.keypoints, seen.image_size, focal_px, up)
+        """The lift of a take of the test bed by the lifter that is judged."""
+        return lifted_by(self.lifter, seen.keypoints, seen.image_size, focal_px, up)
 
     def heading(self) -> dict[str, Any]:
         """What reports say first: versions and settings; the seed and the cameras of those that have them."""
@@ -174,12 +165,8 @@ class Simulated:
 
     kinds: tuple[Kind, ...] = KINDS
 
-    @property
-    def name(self) -> str:
-        return f"simulated ({', '.join(self.kinds)})"
-
-    def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
-        """As `Answers` gives them."""
+    def poses(self, truth: SeenTake, seed: int) -> PoseSequence:
+        """(T, 17, 3) of a take that `see` gives for that seed, in CAMERA axes from the pelvis."""
         number = zlib.crc32(truth.clip.encode())
         kind = self.kinds[number % len(self.kinds)]
         rng = np.random.default_rng([seed, number, 5])
@@ -196,9 +183,6 @@ class Simulated:
         poses = lift(found, truth.image_size)
         joints = _changed(poses.joints.astype(np.float64), kind, poses.fps, rng)
         return poses.with_(joints=relative(joints), covariance=None, made_by=made_by)
-
-
-Foreign = Answers | Simulated
 
 
 def _changed(joints: np.ndarray, kind: Kind, fps: float, rng: np.random.Generator) -> np.ndarray:
@@ -235,7 +219,7 @@ class Configuration:
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
-    filmed. real: the man who balances before four real cameras
+    filmed. real: the name of a take before four real cameras
     (real_data.py), in place of virtual takes; then the image is the video's own. foreign: another lifter made the
     poses, and the run is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one.
     unsuspected: the detector errs more in unusual postures and fast motion, and its scores do not tell
@@ -249,8 +233,8 @@ class Configuration:
     fps: float = 30.0
     focal_known: bool = False
     side: str = ""
-    real: bool = False
-    foreign: Foreign | None = None
+    real: str = ""
+    foreign: Simulated | None = None
     errors: Path | None = None
     unsuspected: bool = False
 
@@ -330,28 +314,38 @@ def unsuspected(truth: SeenTake, times: float = 2.0) -> SeenTake:
 
 def _real(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
     """By the keypoints that a run finds. The truth has the limbs alone, pelvis and thorax between them; other joints
-    are NaN."""
-    cameras, true = read_moving()
-    world = whole_body(true.limbs) + mid_hips(true.limbs)
+    are NaN, and all of a take of which only up is known."""
+    cameras, limbs = read_real(configuration.real)
     for name, camera in each(cameras.items(), "cameras", len(cameras)):
-        assert camera.R_camera_from_world is not None
-        video = read_video(camera.video)
-        joints, keypoints = camera.to_camera(world), found_keypoints(video)
+        video, keypoints = read_seen(camera.video)
+        if limbs is None:
+            joints = np.full((len(video.time_s), len(H36M17), 3), np.nan)
+            across = tangent(camera.up)[:, 0]
+            R_camera_from_world = np.column_stack([across, np.cross(camera.up, across), camera.up])
+        elif len(limbs) != len(video.time_s):
+            raise InputError(
+                "files-apart",
+                f"Expected {how_many(len(limbs), 'frame')} in {camera.video}, as in truth.npz; got "
+                f"{len(video.time_s)}.",
+            )
+        else:
+            assert camera.R_camera_from_world is not None
+            joints, R_camera_from_world = camera.to_camera(whole_body(limbs)), camera.R_camera_from_world
+        world = rotate(R_camera_from_world.T, joints)
         truth = SeenTake(
             keypoints=keypoints,
             image_size=shown_size(video),
             focal_px=float(camera.focal_px.mean()),
             joints_camera=joints,
-            R_camera_from_body=camera.R_camera_from_world @ R_world_from_body(world),
-            R_camera_from_world=camera.R_camera_from_world,
+            R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
+            R_camera_from_world=R_camera_from_world,
             R_camera_from_ray=body_rays(joints),
             lying=lying(world),
             clip=name,
             subject="real take",
-            source=MOVING,
+            source=configuration.real,
         )
-        asked = given(truth, question.seed, replace(configuration, image=False))
-        asked = asked.with_(video=video)
+        asked = given(truth, question.seed, replace(configuration, image=False)).with_(video=video)
         if configuration.image:
             rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
             asked = asked.with_(camera=camera_of(video, keypoints, rows))
@@ -384,19 +378,20 @@ def recipe_of(configuration: Configuration) -> Recipe:
 
 def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
     """What a run is given: keypoints, camera and what the user tells, his stature too; or the captured joints."""
+    stature_m = implied_stature(truth.truth)
     told = Told(
         camera=configuration.camera,
         focal_px=truth.focal_px if configuration.focal_known else None,
         gravity=tuple((-truth.up).tolist()) if configuration.up_told else None,  # type: ignore[arg-type]
         image_size=truth.image_size,
-        stature_m=implied_stature(truth.truth),
+        stature_m=stature_m if np.isfinite(stature_m) else None,
     )
     camera = known_camera(truth.image_size, told.focal_px, None)
     if configuration.image:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
     if configuration.foreign:
-        return take.with_(poses=configuration.foreign.poses(truth, configuration.bed, seed))
+        return take.with_(poses=configuration.foreign.poses(truth, seed))
     if configuration.lifter:
         return take
     frame = CAMERA.with_(origin="pelvis")

@@ -3,8 +3,7 @@
 pcnet3d lab testbed test -o takes.npz
 
 What everything after the lifter is judged on. A take depends on the seed and its clip's name only, so a subset of
-the clips gives the same takes. The command writes them as files, for training and for lifters of others, whose answers
-to these files are takes too.
+the clips gives the same takes. The command writes them as files for training.
 """
 
 from __future__ import annotations
@@ -24,22 +23,22 @@ from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.messages import how_many
-from ....pipeline.core.pose import MadeBy, PoseSequence
+from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate, unit
 from ....pipeline.files.arrays import write_arrays
-from ....pipeline.files.atomic import refuse_unwritable, refuse_unwritable_file
-from ....pipeline.reading.load import read
+from ....pipeline.files.atomic import refuse_unwritable_file
 from ....pipeline.reading.mocap import Clip
 from ....pipeline.reading.settings import OnDevice
-from ....pipeline.running.progress import each
 from ....pipeline.signals.filters import CUTOFF_HZ, derivative, lowpass
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative, scaled
 from ...common.spread import stated_spread
 from ...gravity.lines import tangent
-from ...lifter.builtin import lift, network
+from ...lifter.builtin import OwnLifter, network
 from ...lifter.features import body_rays
+from ...lifter.load import load_lifter
 from ..mocap.clips import Subjects, lying, read_clips
 from ..synthetic.bodies import BodyRange, vary
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
@@ -128,24 +127,34 @@ def lifted_takes(
     the focal length, as a calibrated camera would. bodies: draw other proportions (for training); None keeps the
     captured ones. views: what the cameras are drawn from. only: which of the clips; None takes all.
     """
-    if not trained_on and network(model).trained_on == subjects:
+    lifter = load_lifter(model)
+    saw = network(lifter.model).trained_on if isinstance(lifter, OwnLifter) else ""
+    if not trained_on and saw == subjects:
         raise InputError(
             "files-apart",
             f"Expected a lifter that never saw the subjects '{subjects}', but {model} was trained on them; say "
             "--trained-on where nobody is judged by these takes.",
         )
-    for clip in long_clips(subjects):
+    for clip in read_clips(subjects):
         rng = _rng(clip, seed, 1)
-        if (only is None or only(clip)) and (not laid or rng.uniform() < laid):
+        if len(clip) >= MIN_FRAMES and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
             clip = lay_down(clip, rng) if laid else clip
             take = see(clip, seed, noise=noise, bodies=bodies, views=views)
             focal = take.focal_px if focal_known else None
-            yield LiftedTake(lift(take.keypoints, take.image_size, focal, model=model), take)
+            yield LiftedTake(lifted_by(model, take.keypoints, take.image_size, focal), take)
 
 
-def long_clips(subjects: Subjects) -> list[Clip]:
-    """Those of MIN_FRAMES frames or more."""
-    return [clip for clip in read_clips(subjects) if len(clip) >= MIN_FRAMES]
+def lifted_by(
+    model: str | Path,
+    keypoints: PoseSequence,
+    image_size: tuple[int, int],
+    focal_px: float | None = None,
+    up: np.ndarray | None = None,
+) -> PoseSequence:
+    """The lift by any lifter of load_lifter, which is told up (3,) only if it takes it."""
+    lifter = load_lifter(model)
+    told = up if "up" in lifter.takes else None
+    return lifter.lift(ToLift(keypoints, image_size, focal_px, up=told)).noted()
 
 
 def lay_down(clip: Clip, rng: np.random.Generator) -> Clip:
@@ -243,95 +252,28 @@ def _rng(clip: Clip, *seeds: int) -> np.random.Generator:
     return np.random.default_rng([*seeds, zlib.crc32(clip.name.encode())])
 
 
-def file_name(clip: str, bed: Bed, seed: int) -> str:
-    """Of a take's keypoints and of what a lifter answers to them, without an ending."""
-    return f"{clip}-{bed}-{seed}"
-
-
-@dataclass(frozen=True)
-class Answers:
-    """A user's lifter. folder: its answers, for the file TAKE.npz of `testbed --keypoints` TAKE.npy or .npz with
-    (frames, 17, 3) joints, H36M17 in CAMERA axes, in any unit. The lifter has the folder's name."""
-
-    folder: Path
-
-    @property
-    def name(self) -> str:
-        return self.folder.resolve().name
-
-    def beds(self, seed: int) -> list[Bed]:
-        """Those before whose cameras the takes are that it has answers to. InputError for a folder without any."""
-        beds: list[Bed] = [
-            bed for bed in BEDS if any(self.folder.glob(file_name("*", bed, seed) + ".np[yz]"))
-        ]
-        if not beds:
-            raise InputError(
-                "cannot-open",
-                f"Expected answers to takes of seed {seed} in {self.folder}, such as "
-                f"{file_name('TAKE', 'wild', seed)}.npy, named as pcnet3d lab testbed --keypoints names the takes.",
-            )
-        return beds
-
-    def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
-        """(T, 17, 3) of a take that `see` gives for that seed, before cameras of that bed, in CAMERA axes from the
-        pelvis, NaN where it has none. InputError for a take without an answer, or with one of other frames."""
-        take, frames = file_name(truth.clip, bed, seed), len(truth.keypoints)
-        paths = [path for ending in ("npy", "npz") if (path := self.folder / f"{take}.{ending}").exists()]
-        if not paths:
-            raise InputError(
-                "cannot-open",
-                f"Expected the lifter's answer {take}.npy or .npz in {self.folder}; lift what pcnet3d lab testbed "
-                f"--keypoints --bed {bed} --seed {seed} writes.",
-            )
-        of: dict[str, Any] = {"layout": "H36M17", "frame": "CAMERA", "unit": "arbitrary"}
-        poses = read(paths[0], "arrays", gives="poses", handedness="ignore", missing="gap", **of)
-        if len(poses) != frames:
-            raise InputError(
-                "files-apart",
-                f"Expected {how_many(frames, 'frame')} in {paths[0]}, as in the take; got {len(poses)}.",
-            )
-        timed = {"time_s": truth.keypoints.time_s, "frame_index": truth.keypoints.frame_index}
-        return poses.with_(made_by=MadeBy("estimated", self.name), **timed)
-
-
 def write_takes(
     subjects: Annotated[Subjects, Argument(help="Whose takes.")],
-    output: Annotated[Path, Option("-o", "--output", help="The .npz file; with --keypoints, a folder.")],
+    output: Annotated[Path, Option("-o", "--output", help="The .npz file.")],
     seed: Annotated[int, Option(min=0, help="Random seed.")] = 0,
-    lifter: Annotated[str, Option(help="pcnet3d or an .onnx file, not trained on the subjects.")] = "pcnet3d",
+    lifter: Annotated[str, Option(help="A name or an .onnx file, not trained on the subjects.")] = "pcnet3d",
     bodies: Annotated[bool, Option("--bodies", help="Draw other proportions and mirror some.")] = False,
     bed: Annotated[Bed, Option(help="Cameras: from everywhere, or as people film.")] = "wild",
     trained_on: Annotated[bool, Option("--trained-on", help="Also people the lifter knows.")] = False,
     laid: Annotated[float, Option(min=0, max=1, help="Only this share, with bodies that lie.")] = 0.0,
-    answers: Annotated[Path | None, Option(help="Another lifter's, to the files of --keypoints.")] = None,
-    keypoints: Annotated[bool, Option("--keypoints", help="Input for your lifter, a file a take.")] = False,
     device: OnDevice = "auto",
 ) -> None:
     """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
     up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
-    clip, subject, source (C,); device (), where the lifter computed. With --keypoints instead, for every take
-    OUTPUT/TAKE.npz: keypoints (T, 17, 2) in pixels, NaN where missing, confidence (T, 17), image_size (2,), fps (),
-    joint_names (17,); and the truth: joints (T, 17, 3) in metres, z up, and R_camera_from_world (3, 3).
+    clip, subject, source (C,); device (), where the lifter computed.
     """
-    if keypoints:
-        if bodies or laid or trained_on or answers or lifter != "pcnet3d":
-            raise InputError(
-                "option-conflict", "--keypoints goes with --seed and --bed alone; leave the others out."
-            )
-        refuse_unwritable(output)
-        print(f"{output}: {how_many(write_keypoints(subjects, output, bed, seed), 'take')}")
-        return
     refuse_unwritable_file(output)
     with computing_on(device) as where:
-        if answers is not None:
-            seen_takes = (see(clip, seed, views=BEDS[bed]) for clip in long_clips(subjects))
-            takes = [LiftedTake(Answers(answers).poses(seen, bed, seed), seen) for seen in seen_takes]
-        else:
-            drawn, views = BodyRange() if bodies else None, BEDS[bed]
-            given: dict[str, Any] = {"model": lifter, "trained_on": trained_on, "laid": laid}
-            takes = list(lifted_takes(subjects, seed, bodies=drawn, views=views, **given))
+        drawn, views = BodyRange() if bodies else None, BEDS[bed]
+        given: dict[str, Any] = {"model": lifter, "trained_on": trained_on, "laid": laid}
+        takes = list(lifted_takes(subjects, seed, bodies=drawn, views=views, **given))
     if not takes:
         raise InputError(
             "nothing-usable", f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'."
@@ -351,22 +293,3 @@ def write_takes(
         device=np.array(", ".join(sorted({*where.used.values()}))),
     )
     print(f"{output}: {how_many(len(takes), 'take')}, {sum(frames):,} frames")
-
-
-def write_keypoints(subjects: Subjects, folder: Path, bed: Bed = "wild", seed: int = 0) -> int:
-    """Write what a lifter is given, and the truth: for every take a file in the folder. -> how many."""
-    folder.mkdir(parents=True, exist_ok=True)
-    clips = long_clips(subjects)
-    for clip in each(iter(clips), "takes", len(clips)):
-        take = see(clip, seed, views=BEDS[bed])
-        write_arrays(
-            folder / f"{file_name(clip.name, bed, seed)}.npz",
-            keypoints=take.keypoints.joints,
-            confidence=take.keypoints.confidence,
-            image_size=np.array(take.image_size),
-            fps=np.array(clip.fps),
-            joint_names=np.array(take.keypoints.layout.joints),
-            joints=clip.joints,
-            R_camera_from_world=take.R_camera_from_world,
-        )
-    return len(clips)

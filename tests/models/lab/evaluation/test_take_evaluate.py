@@ -224,7 +224,7 @@ def tiny(standing, monkeypatch):
     clips = (clip_of(standing), clip_of(standing, 45, "03_02"))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
     monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: map(exact, clips))
-    monkeypatch.setattr(evaluation_sets, "lift", lambda keypoints, *_, **__: keypoints.with_(
+    monkeypatch.setattr(evaluation_sets, "lifted_by", lambda model, keypoints, *_, **__: keypoints.with_(
         joints=(clips[0].joints - clips[0].joints[:, :1])[: len(keypoints)], frame=CAMERA.with_(unit="arbitrary")
     ))  # fmt: skip
 

@@ -103,7 +103,7 @@ def test_a_laid_body_lies_and_moves_as_before():
 def test_a_share_of_the_takes_is_laid(monkeypatch):
     clips = tuple(clip(f"09_{i:02}") for i in range(40))
     monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
-    monkeypatch.setattr(module, "lift", lambda keypoints, *_, **__: keypoints)
+    monkeypatch.setattr(module, "lifted_by", lambda model, keypoints, *_, **__: keypoints)
     takes = [take.seen for take in lifted_takes("test", laid=0.5)]
     assert 10 <= len(takes) <= 30
     assert np.mean([take.lying.all() for take in takes]) > 0.9
@@ -113,8 +113,6 @@ def test_a_share_of_the_takes_is_laid(monkeypatch):
 
 def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "read_clips", lambda subjects: (clip(), clip("09_02", 20), clip("09_03", 40)))
-    with refused("option-conflict"):
-        write_takes("test", tmp_path / "takes", keypoints=True, bodies=True)
     write_takes("test", tmp_path / "takes.npz")
     with np.load(tmp_path / "takes.npz", allow_pickle=False) as file:
         assert file["take_start"].tolist() == [0, 50, 90]  # 20 frames are too few
