@@ -1,5 +1,4 @@
-"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each; and strides.csv: every
-stride and repetition."""
+"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each."""
 
 from __future__ import annotations
 
@@ -13,7 +12,6 @@ from ...pipeline.core.measures import Measure, Measures, Moments, Remark
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file, write_rows
 from .provenance import provenance
-from .strides import columns_of, stride_rows
 
 
 class Row(NamedTuple):
@@ -38,13 +36,6 @@ def write_measures(take: Take, path: Path) -> None:
     """measures.csv: a line with the names of Row's fields, then a line a figure. A take without measures
     has none but the first line."""
     write_rows(path, Row._fields, rows(take))
-
-
-def write_strides(take: Take, path: Path) -> None:
-    """strides.csv: the same with the columns of `stride_rows` 101 lines a stride or
-    repetition."""
-    lines = (tuple("" if value != value else value for value in row.values()) for row in stride_rows(take))
-    write_rows(path, columns_of(take), lines)
 
 
 def write_measures_parquet(take: Take, path: Path) -> None:

@@ -22,7 +22,8 @@ from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ..drawing.facts import Source, facts_of, mean
-from .measures import write_measures, write_strides
+from .measures import write_measures
+from .strides import write_strides
 from .tables import write_parquet
 
 # What runs write by themselves (design.md section 7), `live` included.

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...pipeline.core.measures import Measures, Side
 from ...pipeline.core.take import Take
+from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.angles import near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ..measures.cycles import POINTS
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 _OTHER: dict[str, Side] = {"right": "left", "left": "right"}
 _WITH_CYCLES = ("knee_bends", "arm_raises", "repetitions", "walking")
-_OF_CYCLE = ("movement", "side", "number", "percent", "time_s", "event")
 
 
 class Cycle(NamedTuple):
@@ -45,23 +50,36 @@ def _moving(measures: Measures) -> Iterator[Measures]:
             yield from _moving(of)
 
 
-def columns_of(take: Take) -> list[str]:
-    """The columns of `stride_rows`."""
-    return [*_OF_CYCLE, *_of_angles(take)]
+def write_strides(take: Take, path: Path) -> None:
+    """strides.csv: a line of names, then 101 lines a stride or repetition; commas between, a point in numbers, what is
+    missing is empty. A take without measures has none but the names."""
+    from pyarrow import csv
+
+    tables = stride_tables(take)
+    with whole_file(path) as partial:
+        first = next(tables)
+        options = csv.WriteOptions(quoting_style="none", quoting_header="none")
+        # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
+        with open(partial, "wb") as file, csv.CSVWriter(file, first.schema, write_options=options) as written:
+            for table in chain([first], tables):
+                written.write_table(table)
 
 
-def _of_angles(take: Take) -> list[str]:
-    return [f"{name}{end}" for name in _angles(take) for end in ("_deg", "_sd_deg")]
+def stride_tables(take: Take) -> Iterator[pa.Table]:
+    """A table without rows, which has the names of the columns; then one for each stride or repetition, whose rows are
+    each per cent of it, 0 to 100: the time of the take, the event that is nearest to it, and every angle and its
+    standard deviation in degrees, of a spline through the frames; null where it is missing. An angle goes on through
+    the end of its range within one cycle."""
+    import pyarrow as pa
 
-
-def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
-    """A row for each stride or repetition and each per cent of it, 0 to 100: the time of the take, the event that is
-    nearest to it, and every angle and its standard deviation in degrees, linear between frames; NaN where it is
-    missing. An angle goes on through the end of its range within one cycle."""
+    degrees = [f"{name}_deg" for name in _angles(take)]
+    own = [column for name in _angles(take) for column in (f"{name}_deg", f"{name}_sd_deg")]
+    kinds = {"movement": pa.string(), "side": pa.string(), "number": pa.int32(), "percent": pa.int32()}
+    kinds |= {"time_s": pa.float64(), "event": pa.string()} | dict.fromkeys(own, pa.float32())
+    yield pa.schema(kinds).empty_table()
     if take.measures is None or take.filtered is None:
         return
     times, seams, columns = take.filtered.times, breaks(take.filtered), take.need("kinematics")
-    own, degrees = _of_angles(take), [f"{name}_deg" for name in _angles(take)]
     angles = np.stack(
         [unwrapped(columns[name]) if name in degrees else columns[name] for name in own], axis=-1
     )
@@ -77,16 +95,13 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
         values = dict(zip(own, curves.T, strict=True))
         for name in degrees:
             values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)
-        for percent in range(POINTS):
-            yield {
-                "movement": cycle.movement,
-                "side": cycle.side,
-                "number": cycle.number,
-                "percent": percent,
-                "time_s": float(at_s[percent]),
-                "event": events.get(percent, ""),
-                **{column: float(of[percent]) for column, of in values.items()},
-            }
+        told = {"movement": cycle.movement, "side": cycle.side, "number": cycle.number}
+        rows = {name: [value] * POINTS for name, value in told.items()}
+        rows |= {"percent": np.arange(POINTS), "time_s": at_s}
+        rows |= {"event": [events.get(percent, "") for percent in range(POINTS)]} | values
+        yield pa.table(
+            [pa.array(rows[name], kind, from_pandas=True) for name, kind in kinds.items()], pa.schema(kinds)
+        )
 
 
 def _angles(take: Take) -> list[str]:

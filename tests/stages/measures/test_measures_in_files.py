@@ -18,9 +18,8 @@ from pcnet3d.stages.export.measures import (
     rows,
     write_measures,
     write_measures_parquet,
-    write_strides,
 )
-from pcnet3d.stages.export.strides import stride_rows
+from pcnet3d.stages.export.strides import stride_tables, write_strides
 from pcnet3d.stages.measures.walking import peaks
 from refusals import refused
 
@@ -69,7 +68,8 @@ def test_every_stride_has_a_row_for_each_per_cent(take, tmp_path):
 
 def test_the_peaks_of_each_stride_are_those_of_its_curve(take):
     walk = nested(take.measures)["walking"]["right"]
-    rows = [row for row in stride_rows(take) if row["movement"] == "walking.right"]
+    rows = [row for table in stride_tables(take) for row in table.to_pylist()]
+    rows = [row for row in rows if row["movement"] == "walking.right"]
     for number in range(walk["strides"]):
         own = [row for row in rows if row["number"] == number]
         knee, hip = (
