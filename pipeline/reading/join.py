@@ -4,7 +4,9 @@ recording."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,24 +15,27 @@ from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Video
+from ..files.atomic import printable
+from ..files.digest import sha256
+from ..files.video_frames import shown_size
 from ..signals.filters import nearest_row, rate
 from .bounds import check_fps, check_times, rate_doubts
+from .choose import same_person
 from .load import Source
+from .settings import RunOptions
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
 _OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second
 
 
 @dataclass(frozen=True, eq=False)
-class Join:
-    """The files of one recording, with everybody in them, and what the user says of their frames: fps, frames a second,
-    and first_frame, the video frame of the first row."""
+class Files:
+    """The files of one recording, with everybody in them, and what the user says of them."""
 
     poses: Source | None
     keypoints: Source | None
     video: Video | None
-    fps: float | None
-    first_frame: int | None
+    options: RunOptions
 
     @property
     def lead(self) -> Source:
@@ -43,30 +48,62 @@ class Join:
             )
         return lead
 
+    @cached_property
+    def inputs(self) -> tuple[dict[str, Any], ...]:
+        """Role, name, hash and adapter of each, those of poses first."""
+        sources = [("poses", self.poses), ("keypoints", self.keypoints), ("video", self.video)]
+        return tuple(
+            {
+                "role": role,
+                "file": printable(source.path.name),
+                "sha256": (source.digest if isinstance(source, Source) else "") or sha256(source.path),
+                "adapter": source.adapter.name if isinstance(source, Source) else "video",
+            }
+            for role, source in sources
+            if source is not None
+        )
+
+    @property
+    def image_size(self) -> tuple[int, int] | None:
+        """Width and height, from the video or the user."""
+        return shown_size(self.video) if self.video else self.options.image_size
+
+    @property
+    def nameless(self) -> bool:
+        """Whether equal names in both files say nothing, since one holds several people whom an adapter numbered by
+        itself."""
+        if self.poses is None or self.keypoints is None:
+            return False
+        people = (*self.poses.people, *self.keypoints.people)
+        return len(people) > 2 and any(person.linked for person in people)
+
+    def track_of(self, poses: PoseSequence) -> PoseSequence:
+        """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
+        assert self.poses is not None
+        assert self.keypoints is not None
+        return same_person(poses, self.keypoints.people, (str(self.poses.path), str(self.keypoints.path)))
+
     def joined(
         self, poses: PoseSequence | None, keypoints: PoseSequence | None
     ) -> tuple[PoseSequence | None, PoseSequence | None, list[Notice]]:
         """One person's, with numbers of video frames and seconds, and what is doubtful of the rate. InputError where
         the files do not go together, or nothing tells which frames the rows are, or when they were taken."""
-        path = self.lead.path
-        by_poses = poses is None or poses.frames_known or self.keypoints is None
-        numbers_rows = self.lead if by_poses else self.keypoints
-        assert numbers_rows is not None
-        lowest = min(int(person.frame_index[0]) for person in numbers_rows.people)
+        path, by_poses = self.lead.path, poses is None or poses.frames_known
+        numbering = self.lead if by_poses or self.keypoints is None else self.keypoints
         poses, keypoints = self.numbered(poses, keypoints)
-        lead = keypoints if poses is None else poses
+        lead = poses or keypoints
         assert lead is not None
-        self._check_numbers(lead, path, lowest)
+        self._check_numbers(lead, numbering)
         other = keypoints if lead.time_s is None else lead
         doubts = self._doubts(other)
-        lead = lead.with_(time_s=self._seconds(lead.frame_index, path, other))
-        by_video = self.video is not None and self.fps is None
-        check_times(lead.times, str(self.video.path if by_video and self.video else path))
+        lead = lead.with_(time_s=self.seconds(lead.frame_index, path, other))
+        clock = self.video.path if self.video is not None and self.options.fps is None else path
+        check_times(lead.times, str(clock))
         if poses is None:
             return None, lead, doubts
         if keypoints is not None and self.keypoints is not None:
             other = lead if keypoints.time_s is None else keypoints
-            time_s = self._seconds(keypoints.frame_index, self.keypoints.path, other)
+            time_s = self.seconds(keypoints.frame_index, self.keypoints.path, other)
             keypoints = keypoints.with_(time_s=time_s)
         return lead, keypoints, doubts
 
@@ -74,7 +111,7 @@ class Join:
         self, poses: PoseSequence | None, keypoints: PoseSequence | None
     ) -> tuple[PoseSequence | None, PoseSequence | None]:
         """Both with the numbers of their video frames, as far as the files and `first_frame` tell."""
-        first, numbering = self.first_frame, self.lead
+        first, numbering = self.options.first_frame, self.lead
         if poses is not None and keypoints is None and self.video and first is None:
             poses = numbered_by_times(self.video, poses)
         if poses is not None and not poses.frames_known:
@@ -83,8 +120,8 @@ class Join:
             elif first is not None:
                 poses = _starting_at(int(poses.frame_index[0]) + first, poses)
                 first = None  # done, for keypoints beside them have numbers of their own
-        if poses is not None and keypoints is not None and self.poses and self.keypoints:
-            poses = numbered_by(keypoints, poses, f"{self.poses.path} and {self.keypoints.path}")
+        if poses is not None and keypoints is not None:
+            poses = numbered_by(keypoints, poses, " and ".join(str(file.path) for file in self._files))
         if first is None:
             return poses, keypoints
         # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
@@ -96,48 +133,52 @@ class Join:
         )
         return poses, keypoints
 
+    @property
+    def _files(self) -> list[Source]:
+        return [file for file in (self.poses, self.keypoints) if file is not None]
+
     def video_seconds(self) -> np.ndarray:
         """(N,) seconds of all frames of the video."""
         assert self.video is not None
-        return self._seconds(np.arange(len(self.video.time_s)), self.video.path)
+        return self.seconds(np.arange(len(self.video.time_s)), self.video.path)
 
-    def _check_numbers(self, sequence: PoseSequence, path: Path, lowest: int) -> None:
-        """InputError when nothing says which of the video's frames the rows are, or there are no such frames. lowest:
-        number in the file that numbers the rows."""
-        video, first = self.video, lowest if self.first_frame is None else None
-        if video is None:
+    def _check_numbers(self, sequence: PoseSequence, numbering: Source) -> None:
+        """InputError when nothing says which of the video's frames the rows are, or there are no such frames.
+        numbering: the file that numbers the rows."""
+        if self.video is None:
             return
-        frames = len(video.time_s)
+        frames, last = len(self.video.time_s), int(sequence.frame_index[-1])
+        path = self.lead.path
         if not sequence.frames_known and len(sequence) != frames:
             raise InputError(
                 "needs-input",
                 f"{path} has {how_many(len(sequence), 'row')} without frame numbers, the video "
-                f"{how_many(frames, 'frame')}; give the "
-                "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the "
-                "rows are consecutive.",
+                f"{how_many(frames, 'frame')}; give the 2D file that the lifter was run on (--keypoints), or --set "
+                "read.first_frame=N if the rows are consecutive.",
             )
-        if (last := int(sequence.frame_index[-1])) < frames:
+        if last < frames:
             return
-        if first is None:
+        lowest = min(int(person.frame_index[0]) for person in numbering.people)
+        if self.options.first_frame is not None:
             way_out = ", or its first row is another frame (--set read.first_frame=N)"
-        elif first and last == frames:  # the first images may show nobody, so the lowest number need not be 1
+        elif (
+            lowest and last == frames
+        ):  # the first images may show nobody, so the lowest number need not be 1
             way_out = (
-                f", unless its numbers count from 1: then pass --set read.first_frame={first - 1}, the video frame of "
-                f"the lowest number, {first}"
-            )
-        elif first:
-            way_out = (
-                f", unless its lowest number, {first}, is video frame N: then pass --set read.first_frame=N"
+                f", unless its numbers count from 1: then pass --set read.first_frame={lowest - 1}, the video frame of "
+                f"the lowest number, {lowest}"
             )
         else:
-            way_out = ""
+            way_out = (
+                f", unless its lowest number, {lowest}, is video frame N: then pass --set read.first_frame=N"
+            )
         raise InputError(
             "files-apart",
-            f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {video.path} ends with "
-            f"frame {frames - 1}; they do not belong together{way_out}.",
+            f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {self.video.path} ends "
+            f"with frame {frames - 1}; they do not belong together{way_out}.",
         )
 
-    def _seconds(self, frames: np.ndarray, path: Path, other: PoseSequence | None = None) -> np.ndarray:
+    def seconds(self, frames: np.ndarray, path: Path, other: PoseSequence | None = None) -> np.ndarray:
         """(T,) seconds of these frames of the file at `path`: by the given rate, else by the video's own stamps, else
         by those of another sequence. InputError when nothing tells the time."""
         if self.video is not None and frames[-1] >= len(self.video.time_s):
@@ -146,8 +187,8 @@ class Join:
                 f"{path} reaches video frame {frames[-1]}, but {self.video.path} ends with frame "
                 f"{len(self.video.time_s) - 1}; they do not belong together.",
             )
-        if self.fps is not None:
-            return frames / check_fps(self.fps)
+        if self.options.fps is not None:
+            return frames / check_fps(self.options.fps)
         if self.video is not None:
             return self.video.time_s[frames]
         if other is None or other.time_s is None:
@@ -169,8 +210,9 @@ class Join:
         contradict each other."""
         timed = other is not None and other.time_s is not None and len(other) > 1
         stated = other.fps if timed and other else None
-        doubts = rate_doubts(self.fps, self.video, stated)
-        if doubts or self.fps is not None or self.video is None or other is None or stated is None:
+        fps = self.options.fps
+        doubts = rate_doubts(fps, self.video, stated)
+        if doubts or fps is not None or self.video is None or other is None or stated is None:
             return doubts
         first, last = other.frame_index[[0, -1]]
         if last >= len(self.video.time_s):  # refused as soon as its seconds are asked for

@@ -19,7 +19,8 @@ from typer.models import ParameterInfo
 
 from ..core.device import Device
 from ..core.errors import InputError
-from ..core.take import Check, Handedness, Swaps, Told
+from ..core.take import Check, Handedness, Session, Swaps, Told
+from ..files.atomic import printable
 from ..plugins import registry
 from ..plugins.options import did_you_mean, option_types, pairs
 from .normalise import Guards, Missing
@@ -243,6 +244,11 @@ class RunOptions(BaseModel):
         """What is told of the recording. InputError for what cannot be."""
         fields = {tells.field: getattr(self, name) for name, tells in TOLD.items()}
         return Told(**fields, images=not self.no_frames)
+
+    @property
+    def session(self) -> Session:
+        """What heads the report."""
+        return Session(*(printable(text or "") for text in (self.title, self.person_id, self.date)))
 
     @property
     def guards(self) -> Guards:

@@ -11,9 +11,8 @@ from ..core.errors import InputError
 from ..core.messages import how_many
 from ..core.notices import Notice, notice, without_doubles
 from ..core.pose import PoseSequence
-from ..core.take import Session, Take, Video
+from ..core.take import Take, Video
 from ..files.atomic import printable
-from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..signals.altered import alterations, altered, without_altered
 from ..signals.findings import findings_of
@@ -21,34 +20,11 @@ from ..signals.swaps import treated
 from ..signals.visibility import check_size
 from .again import rejoined
 from .bounds import check_times
-from .choose import RANKS, choose_detected, choose_person, same_person
-from .join import Join, coverage, part_of, range_note, rows_within
+from .choose import RANKS, choose_detected, choose_person
+from .join import Files, coverage, part_of, range_note, rows_within
 from .load import Source, load, read_video
 from .settings import RunOptions
 from .together import together
-
-
-@dataclass(frozen=True, eq=False)
-class _Files(Join):
-    """All that the options name, read. inputs: role, file name and hash of each."""
-
-    options: RunOptions
-    inputs: dict[str, dict[str, Any]]
-
-    @property
-    def nameless(self) -> bool:
-        """Whether equal names in both files say nothing, since one holds several people whom an adapter numbered by
-        itself."""
-        if self.poses is None or self.keypoints is None:
-            return False
-        people = (*self.poses.people, *self.keypoints.people)
-        return len(people) > 2 and any(person.linked for person in people)
-
-    def same(self, poses: PoseSequence) -> PoseSequence:
-        """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
-        assert self.poses is not None
-        assert self.keypoints is not None
-        return same_person(poses, self.keypoints.people, (str(self.poses.path), str(self.keypoints.path)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,19 +91,18 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
             body = poses.normalised(person, guards=options.guards) if poses else None
             track = None
             if keypoints:
-                own = files.same(body) if body is not None and files.nameless else tracks[person.person]
+                own = files.track_of(body) if body is not None and files.nameless else tracks[person.person]
                 track = keypoints.normalised(own)
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(person.person)}")
-            lead = take.rows
-            frames = 0 if lead is None else len(lead)
+            frames = len(take.rows or ())
         except InputError as error:
             take, frames = error, len(person)
         people.append(Person(person.person, frames, take))
     return tuple(people)
 
 
-def _read(options: RunOptions, given: Given = _NONE) -> _Files:
+def _read(options: RunOptions, given: Given = _NONE) -> Files:
     video = read_video(options.video, options.fps) if options.video else None
     if video is not None and options.image_size not in (None, size := shown_size(video)):
         width, height = options.image_size
@@ -144,29 +119,19 @@ def _read(options: RunOptions, given: Given = _NONE) -> _Files:
         adapter, own = options.keypoints_adapter, options.keypoints_options
         size = options.image_size if video is None else shown_size(video)
         keypoints = load(options.keypoints, adapter, "keypoints", own, size)
-    named = {"poses": options.poses, "keypoints": options.keypoints, "video": options.video}
-    in_memory = {"poses": given.poses, "keypoints": given.keypoints}
-    inputs = {
-        role: {
-            "role": role,
-            "file": printable(path.name),
-            "sha256": source.digest if (source := in_memory.get(role)) else sha256(path),
-        }
-        for role, path in named.items()
-        if path is not None
-    }
-    return _Files(poses, keypoints, video, options.fps, options.first_frame, options, inputs)
+    return Files(poses, keypoints, video, options)
 
 
-def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
+def _joined(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
     options, video = files.options, files.video
     poses, keypoints, doubts = files.joined(poses, keypoints)
-    lead = _lead(poses, keypoints)
+    lead = poses or keypoints
+    assert lead is not None
     if keypoints is not None:
-        check_size(keypoints, _size(files))
+        check_size(keypoints, files.image_size)
     strange = _misfit(files, poses, keypoints)
-    source = _source(files, lead) if poses is not None else None
+    source = _source(files, poses)
     part = []
     if (asked := options.time_range) is not None:
         source = source and part_of(source.with_(time_s=lead.times), asked)
@@ -174,52 +139,39 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         part = [range_note(asked, whole)]
         poses, keypoints = (rows and part_of(rows, asked) for rows in (poses, keypoints))
         video = video and replace(video, part=rows_within(asked, whole))
-        lead = _lead(poses, keypoints)
+        lead = poses or keypoints or lead
     poses, keypoints, changed = _without_altered(poses, source, keypoints)
     poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
+    notices = (
+        *part,
+        *(video.doubts if video else ()),
+        *doubts,
+        *_doubts(lead, keypoints, video),
+        *strange,
+        *changed,
+        *coverage(lead, video),
+        *swapped,
+    )
     return Take(
         name=printable((options.video or files.lead.path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
         findings=None if poses is None else findings_of(poses, source, swaps),
-        notices=without_doubles(
-            (
-                *part,
-                *(video.doubts if video else ()),
-                *doubts,
-                *_doubts(lead, keypoints, video),
-                *strange,
-                *changed,
-                *coverage(lead, video),
-                *swapped,
-            )
-        ),
+        notices=without_doubles(notices),
         inputs=_provenance(files, poses, keypoints),
-        session=_session(files.options),
-        told=files.options.told,
+        session=options.session,
+        told=options.told,
     )
 
 
-def _lead(poses: PoseSequence | None, keypoints: PoseSequence | None) -> PoseSequence:
-    """Whose rows and clock count."""
-    lead = keypoints if poses is None else poses
-    assert lead is not None
-    return lead
-
-
-def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
+def _misfit(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
     """A notice where the keypoints show somebody else than the poses, or other frames."""
     if poses is None or keypoints is None or poses.frame.family != "camera":
         return []
-    fit = together(poses, keypoints, _size(files), files.options.focal)
+    fit = together(poses, keypoints, files.image_size, files.options.focal)
     misfit = None if fit is None else fit.notice()
     return [misfit] if misfit else []
-
-
-def _size(files: _Files) -> tuple[int, int] | None:
-    """Width and height of the image, from the video or the user."""
-    return shown_size(files.video) if files.video else files.options.image_size
 
 
 def _without_altered(
@@ -242,17 +194,13 @@ def _without_altered(
     return poses, keypoints, said
 
 
-def _session(options: RunOptions) -> Session:
-    return Session(*(printable(text or "") for text in (options.title, options.person_id, options.date)))
+def _source(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
+    """The person of these poses as the adapter gave it."""
+    people = files.poses.people if files.poses and poses else ()
+    return next((person for person in people if poses and person.person == poses.person), None)
 
 
-def _source(files: _Files, poses: PoseSequence) -> PoseSequence | None:
-    """The person as the adapter gave it."""
-    people = files.poses.people if files.poses else ()
-    return next((person for person in people if person.person == poses.person), None)
-
-
-def _video_alone(files: _Files) -> Take:
+def _video_alone(files: Files) -> Take:
     """The take of a video in which the person is still to be found."""
     if files.video is None:
         raise InputError(
@@ -264,22 +212,23 @@ def _video_alone(files: _Files) -> Take:
             "option-conflict",
             "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
         )
-    video, asked = files.video, files.options.time_range
-    if files.options.fps is None:
+    video, options = files.video, files.options
+    notices = video.doubts
+    if options.fps is None:
         check_times(video.time_s, str(video.path))
-    take = Take(
+    if (asked := options.time_range) is not None:
+        seconds = files.video_seconds()
+        video, notices = (
+            replace(video, part=rows_within(asked, seconds)),
+            (*notices, range_note(asked, seconds)),
+        )
+    return Take(
         name=printable(video.path.stem),
         video=video,
         inputs=_provenance(files, None, None),
-        notices=video.doubts,
-        session=_session(files.options),
-        told=files.options.told,
-    )
-    if asked is None:
-        return take
-    seconds = files.video_seconds()
-    return take.with_(video=replace(video, part=rows_within(asked, seconds))).saying(
-        range_note(asked, seconds)
+        notices=notices,
+        session=options.session,
+        told=options.told,
     )
 
 
@@ -292,7 +241,7 @@ def _check_person(person: str | None, *chosen: PoseSequence | None) -> None:
         )
 
 
-def _poses(files: _Files) -> PoseSequence | None:
+def _poses(files: Files) -> PoseSequence | None:
     """The person's 3D poses, when there is a file of them."""
     file, options = files.poses, files.options
     if file is None:
@@ -302,7 +251,7 @@ def _poses(files: _Files) -> PoseSequence | None:
     return file.normalised(chosen, guards=options.guards)
 
 
-def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
+def _keypoints(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
     """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses, by
     its length where these have no numbers or by the limbs where names say nothing."""
     file, options = files.keypoints, files.options
@@ -323,7 +272,7 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
             )
     others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
     if others and poses is not None and files.nameless:
-        return file.normalised(files.same(poses))
+        return file.normalised(files.track_of(poses))
     person = options.person if len(tracks) > 1 else None
     if others and person in RANKS:
         # A rank means metres in one file and pixels in the other, so the poses' choice holds for both.
@@ -340,14 +289,14 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
 
-def _tracks(files: _Files, file: Source) -> tuple[PoseSequence, ...]:
+def _tracks(files: Files, file: Source) -> tuple[PoseSequence, ...]:
     """The tracks of a file of keypoints; those of one person as one where a video's images show it, and nobody is asked
     for by a name of the file."""
     video, options = files.video, files.options
     asked_for = options.keypoints_person or options.person
     if video is None or options.first_frame is not None or asked_for not in (None, *RANKS):
         return file.people
-    within = all(one.frames_known and one.frame_index[-1] < len(video.time_s) for one in file.people)
+    within = all(track.frames_known and track.frame_index[-1] < len(video.time_s) for track in file.people)
     return rejoined(file.people, video) if within else file.people
 
 
@@ -359,14 +308,14 @@ def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | N
 
 
 def _provenance(
-    files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
+    files: Files, poses: PoseSequence | None, keypoints: PoseSequence | None
 ) -> tuple[dict[str, Any], ...]:
-    read = {"poses": (files.poses, poses), "keypoints": (files.keypoints, keypoints)}
+    """The files, and of those of people whom it is and what was done to them."""
     entries = []
-    for role, said in files.inputs.items():
-        source, sequence = read.get(role, (None, None))
-        entry = {**said, "adapter": source.adapter.name if source else "video"}
-        if sequence is not None:
-            entry |= {"person": sequence.person, "history": [asdict(step) for step in sequence.history]}
-        entries.append(entry)
+    for entry in files.inputs:
+        person = {"poses": poses, "keypoints": keypoints}.get(entry["role"])
+        whose = (
+            {"person": person.person, "history": [asdict(step) for step in person.history]} if person else {}
+        )
+        entries.append({**entry, **whose})
     return tuple(entries)
