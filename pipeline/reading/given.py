@@ -96,43 +96,37 @@ def poses_given(
 def source_of_poses(given: Any, meaning: Meaning, guards: Guards) -> Source:
     """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`.
     InputError as of `poses_given`, and for keypoints."""
-    if isinstance(given, PoseSequence) or _people(given):
-        meaning.refuse()
-        people = (given,) if isinstance(given, PoseSequence) else tuple(given)
-        if any(person.frame.dims != 3 for person in people):
-            raise InputError(
-                "wrong-content", "Expected poses in 3D, got 2D keypoints; give them as keypoints."
-            )
-        return _source("poses", people)
-    return _source("poses", (_poses(given, meaning, guards),))
+    people = _people(given, meaning)
+    if people and any(person.frame.dims != 3 for person in people):
+        raise InputError("wrong-content", "Expected poses in 3D, got 2D keypoints; give them as keypoints.")
+    return _source("poses", people or (_poses(given, meaning, guards),))
 
 
 def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
     """In-memory keypoints as those of a file: an array (T, K, 2) or, with scores, (T, K, 3), in pixels of the image, or
     what `read` or `read_all` gives. joints: the layout; None for the usual one of so many joints. InputError for
     another shape, another order of joints, and nobody."""
-    if isinstance(given, PoseSequence) or _people(given):
-        Meaning(joints=joints).refuse()
-        people = (given,) if isinstance(given, PoseSequence) else tuple(given)
+    if people := _people(given, Meaning(joints=joints)):
         if any(person.frame.family != "image" for person in people):
             raise InputError("wrong-content", "Expected keypoints in 2D, got 3D poses; give them as poses.")
         return _source("keypoints", people)
     where = "The array of keypoints"
-    points = numbers(given, where[0].lower() + where[1:])
+    points = numbers(given, "the array of keypoints")
     if points.ndim != 3 or points.shape[2] not in (2, 3) or not points.size:
         raise InputError(
             "wrong-content",
             f"{where}: expected the shape (frames, joints, 2), or with scores (frames, joints, 3), got {points.shape}; "
             "give one person.",
         )
-    xy, scores = (
-        points[..., :2],
-        points[..., 2] if points.shape[2] == 3 else np.full(points.shape[:2], np.nan),
-    )
+    xy = points[..., :2]
+    scores = points[..., 2] if points.shape[2] == 3 else np.full(points.shape[:2], np.nan)
     xy = np.where(((xy == 0).all(axis=-1) | ~is_finite(xy))[..., None], np.nan, xy)
     if np.isnan(xy).all():
         raise InputError("nothing-usable", f"{where}: there is no joint in it, only NaN or 0, 0.")
-    layout = _in_2d(xy, joints, where)
+    layout = layout_in_2d(xy.shape[1], joints, where)
+    if joints is None:
+        layout = likely_layout(xy, layouts_of(xy.shape[1], where))
+        check_order(xy[:, : len(layout)], layout, f"{where}: ", 'keypoint_joints="{}"')
     xy, scores = xy[:, : len(layout)], np.clip(scores[:, : len(layout)], 0, 1)
     rows = np.flatnonzero(np.isfinite(xy).any(axis=(1, 2)))
     numbered: dict[str, Any] = {} if len(rows) == len(xy) else {"frame_index": rows}
@@ -149,16 +143,6 @@ def layout_in_2d(count: int, joints: Layout | str | None, where: str) -> Layout:
             "wrong-content",
             f"{where}: expected {how_many(len(layout), 'joint')}, as {layout.name} has, got {count}.",
         )
-    return layout
-
-
-def _in_2d(xy: np.ndarray, joints: Layout | str | None, where: str) -> Layout:
-    """The same, of keypoints (T, K, 2); InputError where the usual order is not that of their bones."""
-    layout = layout_in_2d(xy.shape[1], joints, where)
-    if joints is not None:
-        return layout
-    layout = likely_layout(xy, layouts_of(xy.shape[1], where))
-    check_order(xy[:, : len(layout)], layout, f"{where}: ", 'keypoint_joints="{}"')
     return layout
 
 
@@ -187,12 +171,14 @@ def _layout(joints: Layout | str) -> Layout:
     return joints if isinstance(joints, Layout) else layout_named(joints)
 
 
-def _people(given: Any) -> bool:
-    return (
-        isinstance(given, Sequence)
-        and bool(given)
-        and all(isinstance(person, PoseSequence) for person in given)
-    )
+def _people(given: Any, meaning: Meaning) -> tuple[PoseSequence, ...]:
+    """Everybody of what `read` or `read_all` gives; nobody of other things. InputError where a meaning is told, too."""
+    people = [given] if isinstance(given, PoseSequence) else given
+    if not isinstance(people, Sequence) or not all(isinstance(person, PoseSequence) for person in people):
+        return ()
+    if people:
+        meaning.refuse()
+    return tuple(people)
 
 
 def _source(role: str, people: tuple[PoseSequence, ...]) -> Source:

@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 from golden.sensors import write_csv
 from golden.strapped import STILL, strapped
 from golden.worlds import R_Y_UP_FROM_Z_UP
+from pcnet3d.adapters.imu_csv import GRAVITY_MPS2, imu_from_samples
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.imu import GRAVITY_MPS2, imu_from_samples
 from pcnet3d.stages.study.compare.imu import read_sensors
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.pipeline.reading.imu import Imu
+from pcnet3d.adapters.imu_csv import Imu
 
 
 def write_csv(path: Path, imu: Imu) -> None:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pcnet3d.adapters.imu_csv import GRAVITY_MPS2, Imu, point_on
 from pcnet3d.examples.walker.skeleton import UP
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import from_columns, rotate, transpose, unit
-from pcnet3d.pipeline.reading.imu import GRAVITY_MPS2, Imu, point_on
 
 _SPINE = ("pelvis", "thorax")
 _BONES = {"upper_arm": ("shoulder", "elbow"), "forearm": ("elbow", "wrist"), "thigh": ("hip", "knee")}
@@ -42,7 +42,7 @@ STILL = Faults(
 def strapped(
     walk: Walk, segment: str, faults: Faults | None = None, rate_hz: float = 100.0, seed: int = 0
 ) -> Imu:
-    """The sensor on that segment (pipeline.reading.imu.SEGMENTS) of a walker who moves as `walk` and turns as usual."""
+    """The sensor on that segment (adapters.imu_csv.SEGMENTS) of a walker who moves as `walk` and turns as usual."""
     from scipy.spatial.transform import Rotation
 
     faults = faults or Faults()

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ....adapters.imu_csv import MOST_HZ
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all
@@ -20,7 +21,6 @@ from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.flags import Force
-from ....pipeline.reading.imu import MOST_HZ
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
 from .comparison import Align, compared, figures, result

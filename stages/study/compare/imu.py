@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from ....adapters.imu_csv import SEGMENTS, Imu, point_on
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.figures import label_of
 from ....pipeline.core.messages import how_many
@@ -27,7 +28,6 @@ from ....pipeline.core.rotations import is_finite, turned
 from ....pipeline.core.take import Take
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import find_adapter
-from ....pipeline.reading.imu import SEGMENTS, Imu, point_on
 from ....pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,

@@ -12,10 +12,10 @@ import pytest
 from commands import pcnet3d, refused, succeeded
 from golden.sensors import write_csv
 from golden.strapped import Faults, strapped
+from pcnet3d.adapters.imu_csv import GRAVITY_MPS2, point_on
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.finished import read_run
-from pcnet3d.pipeline.reading.imu import GRAVITY_MPS2, point_on
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
