@@ -13,16 +13,6 @@ def seams(frames: int) -> tuple[int, ...]:
     return tuple(range(CLIP, frames, CLIP))
 
 
-@pytest.mark.parametrize("frames", [300, 243, 100])
-def test_put_together_by_the_exporting_script(save, turning, frames):
-    poses = read(save(turning(frames)), "ddhpose")
-    np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)
-    assert poses.seams == seams(frames)
-    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
-    assert poses.layout.name == "H36M17"
-    assert not poses.frames_known
-
-
 @pytest.mark.parametrize(
     ("frames", "steps", "proposals"),
     [

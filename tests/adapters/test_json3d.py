@@ -31,12 +31,6 @@ def test_a_person_in_a_world_and_a_joint_that_was_not_found(standing, tmp_path):
     np.testing.assert_allclose(_limbs(poses)[rows], _truth(world)[rows], atol=2e-5)
 
 
-def test_millimetres_of_a_camera_with_times(turning, tmp_path):
-    poses = read(azure_kinect(tmp_path, [turning(FRAMES)]))
-    np.testing.assert_allclose(_limbs(poses), _truth(turning(FRAMES)), atol=2e-5)
-    assert poses.fps == pytest.approx(30, rel=1e-3)
-
-
 def test_axes_and_unit_that_are_told_and_numbers_of_joints_that_nobody_has(turning, tmp_path):
     path = azure_kinect(tmp_path, [turning(FRAMES)])
     assert read(path, unit="cm").joints[0, 5, 1] == pytest.approx(10 * read(path).joints[0, 5, 1])

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from golden import estimators
-from golden.bodies import feet_of
 from golden.catalogue import recognised
 from golden.estimators import AWAY_M, FOCAL_PX
 from golden.pickles import Trap
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.layouts import LIMBS, MHR70
+from pcnet3d.pipeline.core.layouts import MHR70
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
@@ -20,17 +19,6 @@ FRAMES = 40
 
 def hips(bodies: np.ndarray) -> np.ndarray:
     return bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)
-
-
-def test_stacked_arrays_say_pose_feet_and_place(tmp_path, turning):
-    bodies = turning(FRAMES)
-    path = estimators.sam3d_stacked(tmp_path, bodies)
-    assert recognised(path) == ["mhr70"]
-    poses = read(path, fps=25)
-    limbs = H36M17.indices(LIMBS)
-    np.testing.assert_allclose(poses.joints[:, limbs], (bodies - hips(bodies)[:, None])[:, limbs], atol=1e-6)
-    np.testing.assert_allclose(poses.feet, feet_of(bodies) - hips(bodies)[:, None], atol=1e-6)
-    assert poses.frames_known
 
 
 def test_a_person_who_walks_has_a_place(tmp_path, turning):

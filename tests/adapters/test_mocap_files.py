@@ -15,7 +15,7 @@ from golden.worlds import (
     smpl,
 )
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
+from pcnet3d.pipeline import H36M17, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, LIMBS
 
 FRAMES = 40
@@ -34,18 +34,6 @@ def limbs_of(world) -> np.ndarray:
 @pytest.fixture
 def y_up(standing) -> np.ndarray:
     return standing(FRAMES)[..., [1, 2, 0]]
-
-
-def test_bvh(standing, y_up, tmp_path):
-    path = bvh(tmp_path / "x.bvh", y_up)
-    assert recognised(path) == ["bvh"]
-    poses = read(path)
-    assert (poses.frame.axes, poses.frame.unit) == (Y_UP.axes, "m")
-    np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES)), atol=2e-6)
-    assert poses.fps == pytest.approx(60, rel=1e-3)
-    assert not poses.frames_known
-    (step,) = [step for step in poses.history if step.name == "bvh"]
-    assert (step.options["unit"], step.options["frames_left_out"]) == ("cm", 0)
 
 
 @pytest.mark.parametrize("program", RIGS)
@@ -140,13 +128,6 @@ def test_freemocap(standing, blaze, tmp_path):
     np.testing.assert_allclose(limbs(poses)[rows], limbs_of(standing(FRAMES))[rows], atol=2e-6)
     assert poses.time_s is None
     assert not poses.frames_known
-
-
-def test_freemocap_with_hands_and_face(standing, blaze, tmp_path):
-    path = tmp_path / "mediaPipeSkel_3d_body_hands_face.npy"
-    np.save(path, np.concatenate([blaze, np.full((FRAMES, 520, 3), np.nan)], axis=1))
-    assert recognised(path) == ["freemocap"]
-    np.testing.assert_allclose(limbs(read(path)), limbs_of(standing(FRAMES)), atol=2e-6)
 
 
 def test_freemocap_2_has_feet_in_its_array_and_its_tables(standing, tmp_path):

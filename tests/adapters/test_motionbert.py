@@ -29,17 +29,6 @@ def as_pixels(joints: np.ndarray, width: int = 1280, height: int = 720) -> np.nd
     return joints
 
 
-def test_golden(x3d, relative):
-    poses = read(x3d())
-    assert poses.history[0].options["adapter"] == "motionbert"
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
-    assert poses.seams == (243, 486)
-    assert poses.layout.name == "H36M17"
-    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "arbitrary", "pelvis")
-    assert poses.time_s is None
-    assert not poses.frames_known
-
-
 def test_clip_length(x3d):
     assert read(x3d(), clip=200).seams == (200, 400)
     assert read(x3d(), clip=FRAMES).seams == ()

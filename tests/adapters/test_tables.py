@@ -67,18 +67,6 @@ def test_3d_tables_that_do_not_show_it_need_to_be_told(tmp_path, world):
     assert read(tmp_path / "a.csv", unit="mm", up="z").frame.family == "world"
 
 
-def test_anipose(tmp_path, world):
-    path = worlds.anipose(tmp_path, world)
-    assert recognised(path) == ["table3d"]
-    poses = read(path)
-    assert poses.frame_index.tolist() == list(range(FRAMES))
-    np.testing.assert_allclose(
-        poses.joint("r_knee") - poses.joint("r_hip"),
-        (world[:, H36M17.index("r_knee")] - world[:, H36M17.index("r_hip")]),
-        atol=1e-5,
-    )
-
-
 def test_a_body_without_head_or_nose(tmp_path, world):
     names = [joint for joint in H36M17.joints if joint not in ("nose", "head", "spine")]
     poses = read(_write(tmp_path / "a.csv", names, world[:, H36M17.indices(names)]))

@@ -185,16 +185,6 @@ def test_skin_markers_units_and_damage_have_words(markers, tmp_path):
         read(path)
 
 
-def test_c3d(standing, markers, tmp_path):
-    path = c3d(tmp_path / "x.c3d", POSE2SIM, 1000 * markers)
-    assert [name for name, each in adapters().items() if each.sniff(path)] == ["c3d"]
-    poses = read(path)
-    agrees(poses, standing(FRAMES))
-    assert poses.frame.axes == Z_UP.axes
-    assert poses.fps == pytest.approx(50)
-    assert not poses.frames_known
-
-
 def test_c3d_says_its_unit_and_its_up(standing, markers, tmp_path):
     path = c3d(tmp_path / "x.c3d", POSE2SIM, y_up(markers), unit="m", y_screen="+Y")
     agrees(read(path), standing(FRAMES))

@@ -26,25 +26,6 @@ def vis_folder(relative, tmp_path):
     return lifters.vis_folder(tmp_path, relative)
 
 
-def test_golden_npy(export, relative):
-    poses = read(export())
-    assert poses.history[0].options["adapter"] == "videopose3d"
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
-    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
-    assert poses.layout.name == "H36M17"
-    assert poses.seams == ()
-    assert not poses.frames_known
-
-
-@pytest.mark.parametrize("inside", [".", "output_3D/output_keypoints_3d.npz"], ids=["folder", "file"])
-def test_golden_vis(vis_folder, relative, inside):
-    poses = read(vis_folder / inside, gives="poses", fps=25)
-    assert poses.history[0].options["adapter"] == "videopose3d"
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
-    assert poses.frames_known
-    np.testing.assert_allclose(poses.times, np.arange(FRAMES) / 25)
-
-
 def test_keypoints_beside_are_not_taken_for_poses(vis_folder):
     path = vis_folder / "input_2D" / "keypoints.npz"
     assert not videopose3d.sniff(path)

@@ -125,11 +125,6 @@ def test_neck_that_is_a_head_is_refused(write, moving):
         read(write("alphapose_cmu", {"0": (frames, points)}))
 
 
-def test_images_of_two_videos_are_refused(results):
-    with pytest.raises(InputError, match=r"expected the images of one video.*b_7\.jpg beside a_7\.jpg"):
-        json2d.read(results(("a_7.jpg", 1, 100, 0.5), ("b_7.jpg", 2, 300, 0.5)))
-
-
 @pytest.mark.data("lifter", "native")
 def test_real_file(data):
     """301 frames of Halpe-26, which the data folder also holds as an array; 89 scores exceed 1."""

@@ -55,15 +55,6 @@ def test_annotation_of_an_unlisted_image(annotations):
         read(path)
 
 
-def test_track_in_one_frame_twice(write, moving):
-    path = write("coco_tracks", {"4": moving(17), "5": moving(17, number=1)})
-    assert [poses.person for poses in read_all(path)] == ["4", "5"]
-    path.write_text(path.read_text().replace('"track_id": 5', '"track_id": 4'))
-    with pytest.raises(InputError, match=r"person 4 more than once in frame 0.*track=true"):
-        read_all(path)
-    assert [poses.person for poses in read_all(path, track=True)] == ["0", "1"]
-
-
 def test_long_list_of_images_before_the_annotations(annotations):
     more = [{"id": -i, "file_name": f"{i:030d}.jpg"} for i in range(1, 3000)]
     path = annotations(lambda content: content["images"].extend(more))

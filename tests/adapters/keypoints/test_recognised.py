@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.detections import between_shoulders
 from pcnet3d.adapters import read_all
-from pcnet3d.pipeline import IMAGE
 from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, H36M17, HALPE26, OPENPOSE18
 from pcnet3d.pipeline.reading.find import adapters, find_adapter
 
@@ -27,33 +25,6 @@ FORMS = [
     ("vis2d", "vis2d", H36M17),
     ("vis2d_scores", "vis2d", H36M17),
 ]
-
-
-@pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
-def test_keypoints(write, moving, form, adapter, layout):
-    frames, points = moving(len(layout))
-    path = write(form, {"0": (frames, points)})
-    assert [name for name, each in adapters().items() if each.sniff(path)] == [adapter]
-
-    (poses,) = read_all(path, fps=25)
-    np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
-    scores = np.nan * points[..., 2] if form == "vis2d" else points[..., 2]
-    np.testing.assert_allclose(poses.confidence, scores, atol=1e-6)
-    assert poses.frames_known
-    np.testing.assert_array_equal(poses.frame_index, frames)
-    np.testing.assert_allclose(poses.times, frames / 25)
-    assert (poses.layout, poses.frame) == (layout, IMAGE)
-    assert poses.history[0].options["adapter"] == adapter
-
-
-@pytest.mark.parametrize("form", ["alphapose_cmu", "alphapose_open"])
-def test_alphapose_dicts(write, moving, form):
-    frames, points = between_shoulders(moving(18))
-    path = write(form, {"0": (frames, points)})
-    assert [name for name, each in adapters().items() if each.sniff(path)] == ["json2d"]
-    (poses,) = read_all(path)
-    np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
-    assert poses.layout == OPENPOSE18
 
 
 @pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
