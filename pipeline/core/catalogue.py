@@ -225,6 +225,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{file} begins at {begin_s:.3f} s of the take."),
     "animation-held": ("note", "files",
         "{file}: in {held} of {frames:~frame} nothing is known about {joints}; the last known value is kept."),
+    "axial-guessed": ("note", "files",
+        "{file}: how bones turn about their own length is guessed while a limb is straight (legs in {legs:.0f} %, arms "
+        "in {arms:.0f} % of the frames), and always for shoulders, neck and head."),
     # What is wrong with poses
     "too-few-frames": ("suspicious", "poses",
         "Fewer than two frames have all joints: too few to tell whether the poses are good."),

@@ -74,8 +74,9 @@ class Writer(Protocol):
         notices: what a user of the file has to know, for summary.json and the report.
 
     Optional: images: whether its file holds images of the person, which `--no-frames` refuses. metric: whether it holds
-    metres, which a take without a scale does not have. check(): raises InputError, before the run's work, if something
-    is missing that it needs, such as another package.
+    metres, which a take without a scale does not have. bones: whether `write` takes `names`, those of the bones
+    (`--set export.names=NAMES`). check(): raises InputError, before the run's work, if something is missing that it
+    needs, such as another package.
     """
 
     @property

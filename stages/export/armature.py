@@ -1,14 +1,16 @@
 """The filtered joints as an animated skeleton: bones of fixed lengths, a T-pose at rest, a rotation for each joint.
 
 Two joints give a bone's direction, and a limb that bends its axis: so a bone's turn about itself is that of the knee's
-and the elbow's angle (pipeline/signals/angles.py). How hands and head turn about themselves is not in 17 joints.
+and the elbow's angle (pipeline/signals/angles.py), a guess while the limb is straight. How shoulders, head and hands
+turn about themselves is not in 17 joints.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
 from ...pipeline.files.skeletons import Skeleton
-from ...pipeline.signals.angles import arm_reference, hinge_axis, trunk_axes
+from ...pipeline.signals.angles import arm_reference, hinge_axis, tells_axis, trunk_axes
 from .markers import evenly, over_the_floor
 
 ANIMATION = Frame("ANIMATION", "level", ("left", "up", "front"))  # glTF's axes, and those of most BVH files
@@ -37,6 +39,22 @@ _PARENTS = {
     "l_clavicle": "thorax", "l_shoulder": "l_clavicle", "l_elbow": "l_shoulder", "l_wrist": "l_elbow",
     "r_clavicle": "thorax", "r_shoulder": "r_clavicle", "r_elbow": "r_shoulder", "r_wrist": "r_elbow",
 }  # fmt: skip
+# Mixamo's names of bones, by which other programs move its characters; a heel has none. Without its namespace,
+# mixamorig: of a name with a colon three.js' BVHLoader loses the motion.
+_MIXAMO = {
+    "pelvis": "Hips", "lower_back": "Spine", "spine": "Spine1", "thorax": "Spine2", "neck": "Neck", "nose": "Head",
+    "head": "HeadTop_End",
+} | {
+    f"{word[0].lower()}_{joint}": word + bone
+    for word in ("Right", "Left")
+    for joint, bone in {
+        "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "big_toe": "ToeBase",
+        "clavicle": "Shoulder", "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand",
+    }.items()
+}  # fmt: skip
+BoneNames = Literal["joints", "mixamo"]
+_LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
+_NEVER_TOLD = ("neck", "nose", "r_clavicle", "l_clavicle")  # how they turn about their bones
 _X, _Y, _Z = np.eye(3)
 _ALONG = 0.05  # of a unit vector across another, below which it does not tell the turn about that
 _LOWEST = 2.0  # per cent of the frames whose feet are lower than the floor: noise's
@@ -50,10 +68,10 @@ class Armature:
     pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. rest_root: (3,) the pelvis of the
     T-pose that stands on y = 0; without a path that of all frames. moved: (3,) the origin, from the one that TRC and
     C3D count from. known: (N, J) True where a joint's rotation rests on that frame's joints; where it
-    does not, it is the last one before, or the first of all. place_known: (N,) the same of the root. moves: whether the
-    take knows the pelvis path at all.
-    time_s: (N,) seconds of the take, evenly spaced at fps. cut: (2,) frames without a pose that are left out at the
-    beginning and at the end.
+    does not, it is the last one before, or the first of all. axial_known: (N, J) the same of its turn about its bone's
+    own length. place_known: (N,) the same of the root. moves: whether the take knows the pelvis path at all.
+    time_s: (N,) seconds of the take, evenly spaced at fps; frames without a pose at both ends are left out. bones: the
+    joints' names in files.
     """
 
     skeleton: Skeleton
@@ -62,36 +80,40 @@ class Armature:
     rest_root: np.ndarray
     moved: np.ndarray
     known: np.ndarray
+    axial_known: np.ndarray
     place_known: np.ndarray
     moves: bool
     time_s: np.ndarray
     fps: float
     unit: str
-    cut: tuple[int, int]
+    bones: tuple[str, ...]
 
     @property
     def held(self) -> dict[str, int]:
         """In how many frames what was last known is held, by joint; "the pelvis path" is one of them."""
-        counts = dict(zip(self.skeleton.names, (~self.known).sum(axis=0).tolist(), strict=True))
+        counts = dict(zip(self.bones, (~self.known).sum(axis=0).tolist(), strict=True))
         counts["the pelvis path"] = int((~self.place_known).sum())
         return {name: count for name, count in counts.items() if count}
 
     def notes(self, file: str) -> tuple[Notice, ...]:
         """What a reader of a file of it has to know that the file itself does not show."""
-        said = []
+        said, names = [], self.skeleton.names
         if round(self.time_s[0], 3):
             said.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
         by_count = defaultdict(list)
         for name, count in self.held.items():
             by_count[count].append(name)
-        for count, names in by_count.items():
-            values: dict[str, Any] = {"held": count, "frames": len(self.root), "joints": ", ".join(names)}
+        for count, joints in by_count.items():
+            values: dict[str, Any] = {"held": count, "frames": len(self.root), "joints": ", ".join(joints)}
             said.append(notice("animation-held", file=file, **values))
+        limbs = ([i for i, name in enumerate(names) if name.endswith(start)] for start, *_ in _LIMBS)
+        legs, arms = (100 * float(np.mean(~self.axial_known[:, of])) if of else 100.0 for of in limbs)
+        said.append(notice("axial-guessed", file=file, legs=legs, arms=arms))
         return tuple(said)
 
 
-def armature(take: Take) -> Armature:
-    """The take's filtered joints as an animated skeleton.
+def armature(take: Take, called: BoneNames = "joints") -> Armature:
+    """The take's filtered joints as an animated skeleton, its bones by the names of our joints or of Mixamo's.
 
     Bones have their median lengths, so joints lie where the take has them but for what its bones change; hips, nose,
     head and feet have their median place at rest. A joint that never has a bone is left out with all that hangs on it.
@@ -146,12 +168,13 @@ def armature(take: Take) -> Armature:
         rest_root,
         moved,
         known,
+        _axial_known(at, names)[kept],
         place_known,
         even.root is not None,
         even.time_s[kept],
         even.fps,
         even.unit,
-        (kept.start, len(even.joints) - kept.stop),
+        tuple(_MIXAMO.get(name, name) for name in names) if called == "mixamo" else names,
     )
 
 
@@ -201,6 +224,19 @@ def bone_rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     R["nose"] = _turned((_sagittal(crown, R["thorax"]), _X), (crown, left_shoulder))
     R["head"] = R["nose"]
     return R
+
+
+def _axial_known(at: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
+    """(N, J) whether the joints tell how a joint's bone turns about its own length: of a limb while it is bent."""
+    told = {name: np.full(len(at["pelvis"]), name not in _NEVER_TOLD) for name in names}
+    for start, middle, end in _LIMBS:
+        for side in "rl":
+            upper, lower = (
+                unit(at[f"{side}_{far}"] - at[f"{side}_{near}"]).T
+                for near, far in ((start, middle), (middle, end))
+            )
+            told |= dict.fromkeys((f"{side}_{start}", f"{side}_{middle}"), tells_axis(upper, lower))
+    return np.stack([told[name] for name in names], axis=1)
 
 
 def _offsets(at: dict[str, np.ndarray], R_world: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

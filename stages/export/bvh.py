@@ -6,6 +6,7 @@ The form is that of Meredith & Maddock, Motion Capture File Formats Explained, U
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,25 +17,26 @@ from ...pipeline.core.rotations import zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
-from .armature import armature
+from .armature import BoneNames, armature
 
 _ROTATIONS = "Zrotation Xrotation Yrotation"  # a joint turns about its z, then about its own turned x and y
 _STUB = 0.25  # End Sites, which close every chain, are as long as this share of the bone before them
 
 
-def write_bvh(take: Take, path: Path) -> tuple[Notice, ...]:
+def write_bvh(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Notice, ...]:
     """The hierarchy in its T-pose, x left, y up and z front, in the take's unit of length; then a line a frame: the
     place of the pelvis, and of each joint the rotations about z, x and y in degrees, R = R_z R_x R_y.
 
-    A BVH file knows no gaps: returns notes on what was held there and left out. Raises as `armature` does.
+    names: of joints or of Mixamo's bones. A BVH file knows no gaps: returns notes on what was held there, left out and
+    guessed. Raises as `armature` does.
     """
-    animated = armature(take)
+    animated = armature(take, names)
     body = np.concatenate(
         [animated.root, _angles(animated.R_parent_from_joint).reshape(len(animated.root), -1)], axis=1
     )
     head = [
         "HIERARCHY",
-        *_lines(animated.skeleton, 0, ""),
+        *_lines(replace(animated.skeleton, names=animated.bones), 0, ""),
         "MOTION",
         f"Frames: {len(body)}",
         f"Frame Time: {1 / animated.fps:.9f}",

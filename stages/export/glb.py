@@ -19,9 +19,10 @@ from ...pipeline.core.rotations import rotate, transpose, unit
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
+from ...pipeline.signals.filters import stretches
 from ..drawing.bodies import FACES, normals, surface
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
-from .armature import ANIMATION, Armature, armature
+from .armature import ANIMATION, Armature, BoneNames, armature
 from .provenance import provenance
 
 _TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
@@ -30,16 +31,18 @@ _MATERIALS = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
 _SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
 
 
-def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
+def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Notice, ...]:
     """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
     animation turns them, and moves the pelvis where its path is known, in the take's unit of length from 0 s on. One
     mesh with the bones' surfaces is its skin.
     asset.extras holds the provenance, the axes, the unit, the second of the take at which the file begins, where its
-    origin is, and in how many frames of which joint what was last known is held.
+    origin is, in how many frames of which joint what was last known is held, and in which frames, from the first to
+    before the last number, the turn of a joint's bone about its own length is guessed. names: of joints or of Mixamo's
+    bones.
 
-    Returns notes on what was held and left out. Raises as `armature` does.
+    Returns notes on what was held, left out and guessed. Raises as `armature` does.
     """
-    animated = armature(take)
+    animated = armature(take, names)
     arrays, skeleton = _Arrays(), animated.skeleton
     armature_node, body_node = len(skeleton.names), len(skeleton.names) + 1
     R_scene_from_rest = _rest_axes(skeleton)
@@ -52,7 +55,7 @@ def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
         "scene": 0,
         "scenes": [{"name": take.name, "nodes": [armature_node, body_node]}],
         "nodes": [
-            *_joint_nodes(skeleton, animated.rest_root, R_scene_from_rest),
+            *_joint_nodes(animated, R_scene_from_rest),
             {"name": "armature", "children": [0]},
             {"name": "body", "mesh": 0, "skin": 0},
         ],
@@ -139,14 +142,15 @@ def _turn_to(bone: np.ndarray) -> np.ndarray:
     return Rotation.from_rotvec(np.arctan2(sine, unit(bone) @ y) * axis).as_matrix()
 
 
-def _joint_nodes(skeleton: Skeleton, root: np.ndarray, R_scene_from_rest: np.ndarray) -> list[dict[str, Any]]:
-    """A node for each joint, at rest; root: (3,) where the pelvis is then."""
+def _joint_nodes(animated: Armature, R_scene_from_rest: np.ndarray) -> list[dict[str, Any]]:
+    """A node for each joint, at rest."""
+    skeleton, root = animated.skeleton, animated.rest_root
     above = R_scene_from_rest[np.maximum(skeleton.parents, 0)]
     offsets = rotate(transpose(above), np.concatenate([root[None], skeleton.offsets[1:]])[:, None])[:, 0]
     turns = _quaternions(transpose(above) @ R_scene_from_rest)
     nodes: list[dict[str, Any]] = [
         {"name": name, "translation": offset.tolist(), "rotation": turn.tolist()}
-        for name, offset, turn in zip(skeleton.names, offsets, turns, strict=True)
+        for name, offset, turn in zip(animated.bones, offsets, turns, strict=True)
     ]
     for joint, parent in enumerate(skeleton.parents[1:], 1):
         nodes[parent].setdefault("children", []).append(joint)
@@ -243,6 +247,11 @@ def _extras(take: Take, animated: Armature) -> dict[str, Any]:
         "origin": animated.moved.tolist(),
         "frames": len(animated.root),
         "held_frames": animated.held,
+        "axial_guessed_frames": {
+            bone: stretches(~known).tolist()
+            for bone, known in zip(animated.bones, animated.axial_known.T, strict=True)
+            if not known.all()
+        },
     }
 
 

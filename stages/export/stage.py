@@ -22,6 +22,7 @@ from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ..drawing.facts import Source, facts_of, mean
+from .armature import BoneNames
 from .measures import write_measures
 from .strides import write_strides
 from .tables import write_parquet
@@ -36,10 +37,11 @@ RUN_FILES = (
 @dataclass(frozen=True)
 class Export:
     """The stage. folder: where the files go. also: names of `pcnet3d list writers`, each of which becomes one more
-    file; InputError for one that would replace another file of the run."""
+    file; InputError for one that would replace another file of the run. names: of the bones of animated skeletons."""
 
     folder: Path
     also: tuple[str, ...] = ()
+    names: BoneNames = "joints"
 
     name: ClassVar[str] = "export"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
@@ -58,6 +60,12 @@ class Export:
                 )
             if check := getattr(writer, "check", None):
                 check()
+        if self.names != "joints" and not any(map(_has_bones, self._writers().values())):
+            raise InputError(
+                "option-conflict",
+                f"Expected a file with bones for export.names={self.names}, and none is asked for; add --also glb or "
+                "--also bvh.",
+            )
 
     def check_told(self, told: Told) -> None:
         """InputError where a file would hold images of the person and none are wanted."""
@@ -88,12 +96,17 @@ class Export:
             write_measures(take, self.folder / "measures.csv")
             write_strides(take, self.folder / "strides.csv")
         for writer in self._writers().values():
-            take = take.saying(*(writer.write(take, self.folder / writer.file) or ()))
+            options = {"names": self.names} if _has_bones(writer) else {}
+            take = take.saying(*(writer.write(take, self.folder / writer.file, **options) or ()))
         write_json(self.folder / SUMMARY, summary(take))
         return take
 
     def _writers(self) -> dict[str, Writer]:
         return {name: load("writers", name) for name in self.also}
+
+
+def _has_bones(writer: Writer) -> bool:
+    return getattr(writer, "bones", False)
 
 
 def write_poses(take: Take, path: Path) -> None:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from ...pipeline.core.notices import Notice
-from ...pipeline.core.take import Take
 from ...pipeline.files.markers import check_c3d
 from .annotated import check_h264, write_annotated
 from .bvh import write_bvh
@@ -25,10 +23,11 @@ class _Format:
 
     file: str
     what: str
-    write: Callable[[Take, Path], Sequence[Notice] | None]
+    write: Callable[..., Sequence[Notice] | None]
     check: Callable[[], None] = lambda: None
     images: bool = False
     metric: bool = False
+    bones: bool = False
 
 
 CSV = _Format("kinematics.csv", "the columns of kinematics.parquet as text", write_csv)
@@ -38,8 +37,8 @@ C3D = _Format(
     "markers.c3d", "joints as points, with pcnet3d[c3d]; needs metres", write_c3d, check_c3d, metric=True
 )
 NETCDF = _Format("poses.nc", "poses for the package movement and xarray", write_netcdf)
-BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh)
-GLB = _Format("skeleton.glb", "animated skeleton for viewers and game engines", write_glb)
+BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh, bones=True)
+GLB = _Format("skeleton.glb", "animated skeleton for viewers and game engines", write_glb, bones=True)
 MP4 = _Format(
     "annotated.mp4",
     "the video with keypoints, horizon and upright skeleton",

@@ -1,11 +1,13 @@
 """skeleton.bvh and skeleton.glb, opened by readers that are not ours, against the take's joints."""
 
 import json
+import os
 import shutil
 import struct
 import subprocess
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,14 +36,19 @@ validator.validateBytes(file).then(report => console.log(JSON.stringify(report))
 _OPEN_IN_BLENDER = """
 import sys, json, bpy
 bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.import_scene.gltf(filepath=sys.argv[1])
+begins = int(sys.argv[1].endswith(".bvh"))  # the number of the first frame
+if begins:
+    bpy.ops.preferences.addon_enable(module="io_anim_bvh")
+    bpy.ops.import_anim.bvh(filepath=sys.argv[1], update_scene_fps=True)
+else:
+    bpy.ops.import_scene.gltf(filepath=sys.argv[1])
 (armature,) = (each for each in bpy.data.objects if each.type == "ARMATURE")
-(body,) = (each for each in bpy.data.objects if each.type == "MESH" and each.parent == armature)
+bodies = [each for each in bpy.data.objects if each.type == "MESH" and each.parent == armature]
 scene, bones = bpy.context.scene, armature.data.bones
-scene.frame_set(int(float(sys.argv[2]) * scene.render.fps))
+scene.frame_set(begins + int(float(sys.argv[2]) * scene.render.fps))
 print("found", json.dumps({
-    "modifiers": [each.type for each in body.modifiers],
-    "groups": [each.name for each in body.vertex_groups],
+    "modifiers": [each.type for body in bodies for each in body.modifiers],
+    "groups": [each.name for body in bodies for each in body.vertex_groups],
     "rest": {each.name: [list(each.head_local), list(each.tail_local)] for each in bones},
     "posed": {each.name: list(armature.matrix_world @ each.head) for each in armature.pose.bones},
 }))
@@ -277,6 +284,11 @@ def test_glb_keeps_to_the_format(walked, glb):
     assert (extras["length_unit"], extras["axes"]) == ("m", "x left, y up, z front")
     assert extras["provenance"]["take"] == "walker"
     assert all(extras[name] in extras["provenance"]["axes"] for name in ("length_unit", "axes"))
+    guessed = np.zeros(extras["frames"], bool)
+    for first, end in extras["axial_guessed_frames"]["r_hip"]:
+        guessed[first:end] = True
+    armed = armature(walked())
+    np.testing.assert_array_equal(guessed, ~armed.axial_known[:, armed.skeleton.names.index("r_hip")])
     animation = found["animations"][0]
     for sampler in animation["samplers"]:
         times, values = arrays[sampler["input"]][:, 0], arrays[sampler["output"]]
@@ -311,25 +323,65 @@ def test_khronos_validator_finds_nothing(walked, gappy, glb, gaps):
     assert report["info"]["hasSkins"]
 
 
-def test_blender_finds_an_armature_that_moves(walked, glb):
+def opened(command: list[str], take: Take, path: Path) -> dict:
+    """What a program says of a file 2 s from its beginning."""
+    done = subprocess.run([*command, str(path), "2.0"], capture_output=True, text=True, check=True)
+    said = next(line for line in done.stdout.splitlines() if line.startswith("found "))
+    return json.loads(said.removeprefix("found "))
+
+
+def posed(take: Take) -> np.ndarray:
+    """(J, 3) the joints 2 s from the beginning."""
+    armed = armature(take)
+    rows = slice(round(2 * armed.fps), round(2 * armed.fps) + 1)
+    return place(armed.skeleton, armed.root[rows], armed.R_parent_from_joint[rows])[0][0]
+
+
+@pytest.mark.parametrize("write", [write_glb, write_bvh])
+@pytest.mark.parametrize("names", ["joints", "mixamo"])
+def test_blender_finds_an_armature_that_moves(walked, tmp_path, write, names):
     if not find_spec("bpy"):
         pytest.skip("Blender as a Python package (bpy) is not installed")
-    take = walked(feet=True)
-    path, second = glb(take)[2], 2.0
-    command = [sys.executable, "-c", _OPEN_IN_BLENDER, str(path), str(second)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    told = next(line for line in done.stdout.splitlines() if line.startswith("found "))
-    found, armed = json.loads(told.removeprefix("found ")), armature(take)
-    assert found["modifiers"] == ["ARMATURE"]
-    assert set(found["rest"]) == set(found["groups"]) == set(armed.skeleton.names)
-    row = round(second * armed.fps)
-    wanted, _ = place(armed.skeleton, armed.root[row : row + 1], armed.R_parent_from_joint[row : row + 1])
-    for name, (x, y, z) in zip(armed.skeleton.names, wanted[0], strict=True):
+    take, path = walked(feet=True), tmp_path / f"skeleton.{write.__name__[-3:]}"
+    write(take, path, names)
+    found = opened([sys.executable, "-c", _OPEN_IN_BLENDER], take, path)
+    bones = armature(take, names).bones
+    assert set(found["rest"]) == set(bones)
+    if write == write_glb:
+        assert found["modifiers"] == ["ARMATURE"]
+        assert set(found["groups"]) == set(bones)
+        for start, end in (("r_hip", "r_knee"), ("l_shoulder", "l_elbow")):
+            of = [bones[armature(take).bones.index(joint)] for joint in (start, end)]
+            np.testing.assert_allclose(found["rest"][of[0]][1], found["rest"][of[1]][0], atol=1e-3)
+    for name, (x, y, z) in zip(bones, posed(take), strict=True):
         np.testing.assert_allclose(
             found["posed"][name], (x, -z, y), atol=2e-3, err_msg=name
         )  # Blender's z is up
-    for start, end in (("r_hip", "r_knee"), ("l_shoulder", "l_elbow")):
-        np.testing.assert_allclose(found["rest"][start][1], found["rest"][end][0], atol=1e-3)
+
+
+@pytest.mark.parametrize("write", [write_glb, write_bvh])
+@pytest.mark.parametrize("names", ["joints", "mixamo"])
+def test_three_js_finds_bones_that_move(walked, tmp_path, write, names):
+    node, modules = shutil.which("node"), Path(os.environ.get("NODE_PATH", ""))
+    if not node or not (modules / "three").is_dir():
+        pytest.skip("the npm package three is not in NODE_PATH")
+    take, path = walked(feet=True), tmp_path / f"skeleton.{write.__name__[-3:]}"
+    write(take, path, names)
+    found = opened([node, str(Path(__file__).with_name("open_in_three.mjs"))], take, path)
+    bones = armature(take, names).bones
+    assert set(found["posed"]) == set(bones)
+    for name, place_m in zip(bones, posed(take), strict=True):
+        np.testing.assert_allclose(found["posed"][name], place_m, atol=2e-3, err_msg=name)
+
+
+def test_bones_by_mixamos_names_are_read_as_those_of_its_files(walked, tmp_path):
+    take = walked()
+    write_bvh(take, tmp_path / "a.bvh", "mixamo")
+    (poses,) = bvh.read(tmp_path / "a.bvh")
+    wanted, moved = evenly(take, ANIMATION), armature(take).moved
+    for joint in ("r_hip", "l_knee", "r_ankle", "l_shoulder", "r_elbow", "l_wrist"):
+        places = wanted.joints[:, wanted.names.index(joint)] + wanted.root - moved
+        np.testing.assert_allclose(poses.joint(joint), places, atol=2e-3, err_msg=joint)
 
 
 def test_a_viewer_of_another_package_finds_bones_that_are_closed_and_right_side_out(walked, glb):

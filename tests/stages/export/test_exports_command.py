@@ -59,6 +59,8 @@ def test_every_format_at_once(run):
         (["--set", "trajectories.cutoff_hz=50"], ["15 Hz", "got 50 Hz", "Nyquist"]),
         (["--also", "mp4", "--no-frames"], ["annotated.mp4", "leave one of the two out"]),
         (["--also", "trc"], ["metres", "--stature"]),
+        (["--also", "csv", "--set", "export.names=mixamo"], ["bones", "--also glb"]),
+        (["--also", "glb", "--set", "export.names=maya"], ["mixamo", "maya"]),
     ],
 )
 def test_what_cannot_be_had_is_refused_in_a_sentence(run, arguments, words):
