@@ -10,6 +10,9 @@ from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
+import yaml
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 
 import pcnet3d
 
@@ -79,3 +82,16 @@ def test_citation_and_changes_are_of_this_version():
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {PROJECT['version']}\n" in citation
     assert PROJECT["description"] in citation
+
+
+def test_the_conda_recipe_is_of_this_version_and_its_dependencies():
+    recipe = yaml.safe_load((ROOT / ".github" / "recipe.yaml").read_text(encoding="utf-8"))
+    assert recipe["context"]["version"] == PROJECT["version"]
+    needed = [Requirement(line) for line in PROJECT["dependencies"] if ";" not in line]
+    own = {"opencv-python-headless": "py-opencv"}
+    expected = {own.get(need.name, need.name): str(need.specifier) for need in needed}
+    stated = dict(line.split(" ", 1) for line in recipe["requirements"]["run"])
+    assert stated.pop("python") == PROJECT["requires-python"]
+    assert set(stated) == set(expected)
+    for name in stated.keys() - {"py-opencv"}:
+        assert SpecifierSet(stated[name]) == SpecifierSet(expected[name]), name
