@@ -17,7 +17,7 @@ from .measures import Measures
 from .messages import in_one_line
 from .movement import dataset_of
 from .notices import Notice, grave, verdict, without_doubles
-from .pose import PoseSequence, Rectified
+from .pose import PoseSequence, Rectified, Step
 
 if TYPE_CHECKING:
     import pandas
@@ -211,7 +211,7 @@ class Take:
             "" if self.video is None else f"video {self.video.path.name}",
             "no poses yet" if rows is None else rows.in_words,
             "" if self.rectified is None else self.rectified.in_words,
-            "" if self.findings is None else f"the poses are {verdict(self.judged)}",
+            "" if self.verdict is None else f"the poses are {self.verdict}",
         ]
         return in_one_line(f"<Take {self.name}: {'; '.join(filter(None, parts))}>")
 
@@ -251,6 +251,11 @@ class Take:
         return without_doubles((*(self.findings or ()), *grave(self.notices)))
 
     @property
+    def verdict(self) -> str | None:
+        """Of what its poses are judged by; None where nothing looked at them."""
+        return None if self.findings is None else verdict(self.judged)
+
+    @property
     def said(self) -> tuple[Notice, ...]:
         """What makes its poses doubtful, and its other notices, each once."""
         return without_doubles((*grave(self.findings or ()), *self.notices))
@@ -261,6 +266,16 @@ class Take:
         return (
             self.angle_errors == "none" and self.poses is not None and self.poses.made_by.kind == "estimated"
         )
+
+    @property
+    def history(self) -> tuple[Step, ...]:
+        """Every step of its rectified poses, oldest first, to the last that kinematics rest on."""
+        level = self.need("rectified").level.history
+        return (*level, *(() if self.filtered is None else self.filtered.history[len(level) :]))
+
+    def texts(self, weight: str) -> list[str]:
+        """The sentences of its notices of that weight."""
+        return [each.text for each in self.notices if each.weight == weight]
 
     def with_(self, **changes: Any) -> Take:
         return replace(self, **changes)

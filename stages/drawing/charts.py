@@ -6,7 +6,7 @@ script they stand in a table below each chart.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +25,6 @@ SLICES = 400  # of a long curve, about one a pixel
 _WIDTH, _HEIGHT = 398, 190  # of a chart, in CSS pixels; text does not scale down below 0.9 on a telephone
 _LEFT, _RIGHT, _TOP, _BOTTOM = 42, 384, 8, 156  # of the field within the axes
 _BOX = {"width": _WIDTH, "height": _HEIGHT, "left": _LEFT, "right": _RIGHT, "top": _TOP, "bottom": _BOTTOM}
-_MOST_POINTS = 2000  # of a path
 _MOST_DECIMALS = 6  # along x: microseconds
 
 
@@ -110,29 +109,6 @@ def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np
         for curve in curves
     ]
     return curves, np.insert(x, rows, (x[rows - 1] + x[rows]) / 2), rows + np.arange(len(rows))
-
-
-def path(wrists: Mapping[str, np.ndarray], centre: np.ndarray, reach: float, alt: str) -> Markup:
-    """A chart of the paths that points take: (T, 2) to the right and up by colour, within `reach` of the centre (2,); a
-    cross marks the origin."""
-    size = _RIGHT - _LEFT
-    across = _Scale(centre[0] - reach, centre[0] + reach, _LEFT, _RIGHT)
-    upward = _Scale(centre[1] - reach, centre[1] + reach, _TOP + size, _TOP)
-    lines = {
-        colour: _line(across(points[:, 0]), upward(points[:, 1]))
-        for colour, every in wrists.items()
-        for points in [every[:: -(-len(every) // _MOST_POINTS)]]
-    }
-    origin = (float(across(0.0)), float(upward(0.0)))
-    inside = _LEFT <= origin[0] <= _RIGHT and _TOP <= origin[1] <= _TOP + size
-    return kit("chart.html.j2").path(
-        lines,
-        [(f"{across(tick):.1f}", words) for tick, words in _ticks(across.low, across.high, 6)],
-        [(f"{upward(tick):.1f}", words) for tick, words in _ticks(upward.low, upward.high, 6)],
-        {"width": _WIDTH, "height": size + 30, "left": _LEFT, "right": _RIGHT, "top": _TOP, "bottom": _TOP + size},
-        origin if inside else None,
-        alt,
-    )  # fmt: skip
 
 
 def ranges(

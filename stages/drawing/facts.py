@@ -1,4 +1,4 @@
-"""What is said about a take, once: summary.json, the recording's text and the report put it into their own words."""
+"""What is known of a take's up and camera, once: summary.json, the recording's text and the report tell it."""
 
 from __future__ import annotations
 
@@ -10,19 +10,26 @@ import numpy as np
 from ...models.common.metrics import SD_90
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.messages import bound_in_words
-from ...pipeline.core.notices import Notice, grave, verdict
-from ...pipeline.core.pose import PoseSequence, Rectified, Step
-from ...pipeline.core.rotations import angle_deg, is_finite, rotate
-from ...pipeline.core.take import Take
+from ...pipeline.core.notices import Notice
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import sides_of
-from ...pipeline.signals.checks import bone_spread, nobody_upright
+from ...pipeline.signals.checks import nobody_upright
 
-_KINDS = ("warning", "repair", "note")
 # What up may rest on, by the name of the evidence.
 SOURCES = {
     "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
     "floor": "the floor under the feet",
 }  # fmt: skip
+
+
+ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
+    "judged": "as measured for the built-in lifter",
+    "disagreement": "from disagreement with the built-in lifter",
+    "file": "from the given file",
+    "none": "not known",
+}
 
 
 @dataclass(frozen=True)
@@ -40,23 +47,17 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """Of one take, beside what its poses and its rectification say. Angles in degrees, times in seconds; NaN where
+    """What is known of a take's up and its camera, beside what the rectification says. Angles in degrees; NaN where
     unknown.
 
-    turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated.
-    camera_motion: how the camera moves and who says so, behind "camera"; "" for poses in a world's axes.
-    standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others and for takes that are
-    not levelled. error_deg: median of the expected rotation errors, NaN of those. nobody_upright: why up may be quite
-    another, None where it is not. up_of_unusable: why its error is not known, "" where that is not why.
-    vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
-    and empty without. history: every step, oldest first, to the last that kinematics rest on.
+    up_bound_deg: least and most of the 90 % bound, None where it is not stated. camera_motion: how the camera moves and
+    who says so, behind "camera"; "" for poses in a world's axes. standing_deg: pitch and roll of a camera that stands
+    still, by the take's up; None for others and for takes that are not levelled. error_deg: median of the expected
+    rotation errors, NaN of those. nobody_upright: why up may be quite another, None where it is not. up_of_unusable:
+    why its error is not known, "" where that is not why.
     """
 
-    poses: PoseSequence
     rectified: Rectified
-    duration_s: float
-    bone_length_spread: float
-    turned: int
     camera_motion: str
     up_bound_deg: tuple[float, float] | None
     standing_deg: tuple[float, float] | None
@@ -64,13 +65,6 @@ class Facts:
     error_deg: float
     nobody_upright: Notice | None
     up_of_unusable: str
-    vote_deviation_deg: float
-    verdict: str | None
-    doubts: tuple[Notice, ...]
-    warnings: tuple[str, ...]
-    repairs: tuple[str, ...]
-    notes: tuple[str, ...]
-    history: tuple[Step, ...]
 
     @property
     def up_of_world(self) -> str:
@@ -131,19 +125,11 @@ class Facts:
 
 def facts_of(take: Take) -> Facts:
     """The facts of a take that is rectified; InputError of one that is not."""
-    poses, rectified = take.need("poses"), take.need("rectified")
+    rectified = take.need("rectified")
     bound = rectified.up_bound_deg[rectified.turned & np.isfinite(rectified.up_bound_deg)]
     error = rectified.error_deg[rectified.level_ok & np.isfinite(rectified.error_deg)]
-    off = angle_deg(rectified.up_votes, shared_up(rectified))
-    off = off[np.isfinite(off)]
-    told = {kind: tuple(each.text for each in take.notices if each.weight == kind) for kind in _KINDS}
-    behind = () if take.filtered is None else take.filtered.history[len(rectified.level.history) :]
     return Facts(
-        poses,
         rectified,
-        duration_s=poses.duration_s,
-        bone_length_spread=bone_spread(poses),
-        turned=int(rectified.turned.sum()),
         camera_motion=_camera_motion(take),
         up_bound_deg=(float(bound.min()), float(bound.max())) if len(bound) else None,
         standing_deg=_standing(take),
@@ -151,14 +137,13 @@ def facts_of(take: Take) -> Facts:
         error_deg=float(np.median(error)) if len(error) else float("nan"),
         nobody_upright=nobody_upright(rectified),
         up_of_unusable=next((each.text for each in take.notices if each.code == "up-of-unusable"), ""),
-        vote_deviation_deg=float(off.mean()) if len(off) else float("nan"),
-        verdict=None if take.findings is None else verdict(take.judged),
-        doubts=grave(take.judged),
-        warnings=told["warning"],
-        repairs=told["repair"],
-        notes=told["note"],
-        history=(*rectified.level.history, *behind),
     )
+
+
+def errors_of_angles(how: AngleErrors | None) -> str:
+    """A sentence: the source of the errors of a take's angles and what is made from them; empty without angles."""
+    words = "Errors of angles, and of ranges, repetitions and symmetry with them"
+    return "" if how is None else f"{words}: {ERRORS_OF_ANGLES[how]}."
 
 
 def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:

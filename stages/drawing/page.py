@@ -135,15 +135,15 @@ def told(items: Iterable[Told]) -> Markup:
     return kit().figures(items) if items else Markup("")
 
 
-def details(summary: str, content: Markup, shown: bool = False) -> Markup:
-    """What is shown on demand, or what can be hidden and is printed; nothing when there is nothing."""
-    return kit().details(summary, content, shown) if content else Markup("")
+def details(summary: str, content: Markup) -> Markup:
+    """What is shown on demand; nothing when there is nothing."""
+    return kit().details(summary, content) if content else Markup("")
 
 
-def bullets(items: Iterable[str], ordered: bool = False) -> Markup:
-    """An HTML list of texts, of numbers if ordered; nothing when there are none."""
+def bullets(items: Iterable[str]) -> Markup:
+    """An HTML list of texts; nothing when there are none."""
     items = list(items)
-    return kit().bullets(items, ordered) if items else Markup("")
+    return kit().bullets(items) if items else Markup("")
 
 
 def box(heading: str, items: Sequence[str], kind: Literal["plain", "warning"] = "plain") -> Markup:
@@ -217,10 +217,10 @@ def jpeg_address(content: bytes) -> str:
     return f"data:{_TYPES['jpeg']};base64,{b64encode(content).decode('ascii')}"
 
 
-def charts(figures: Iterable[Markup], small: bool = False) -> Markup:
-    """Figures in as many columns as there is room for, on paper three, or six small ones."""
+def charts(figures: Iterable[Markup]) -> Markup:
+    """Figures in as many columns as there is room for, on paper three."""
     figures = list(figures)
-    return kit().charts(figures, small) if figures else Markup("")
+    return kit().charts(figures) if figures else Markup("")
 
 
 def beside(*parts: Markup) -> Markup:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
-from ..drawing.facts import facts_of, listed
+from ..drawing.facts import listed
 
 RELATIVE = "relative to the camera"
 
@@ -16,20 +16,20 @@ def provenance(
     """Name and value of each line, one line of text each: version, take, inputs, axes, unit of length, warnings, steps.
     frame: that of the file's points; by default LEVEL, with the pelvis path apart from the joints. history: those
     steps, for what has not been through all of the take's."""
-    facts, rectified = facts_of(take), take.need("rectified")
+    rectified = take.need("rectified")
     lines = {"pcnet3d": package_version(), "take": take.name}
     for entry in take.inputs:
         named = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
         lines[f"input {entry.get('role', '')}"] = listed(named)
     lines["axes"] = str(frame or rectified.level.frame)
-    lines["length_unit"] = (frame or facts.poses.frame).unit
+    lines["length_unit"] = (frame or take.need("poses").frame).unit
     if frame is None and rectified.level.root is not None:
         lines["root"] = "the pelvis, from the camera's centre or the world's origin"
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method
-    for number, warning in enumerate(facts.warnings, 1):
+    for number, warning in enumerate(take.texts("warning"), 1):
         lines[f"warning {number}"] = warning
-    for number, step in enumerate(facts.history if history is None else history, 1):
+    for number, step in enumerate(take.history if history is None else history, 1):
         lines[f"step {number}"] = f"{step.name} ({step.version}) {listed(step.options)}"
     return {name: " ".join(text.split()) for name, text in lines.items()}

@@ -14,6 +14,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import FEET
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
+from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
 from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
@@ -21,7 +22,8 @@ from ...pipeline.files.finished import OF_RECTIFIED
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
-from ..drawing.facts import Source, facts_of, mean
+from ...pipeline.signals.checks import bone_spread
+from ..drawing.facts import Source, facts_of, mean, shared_up
 from .armature import BoneNames
 from .measures import write_measures
 from .strides import write_strides
@@ -171,7 +173,7 @@ def _about(poses: PoseSequence) -> dict[str, Any]:
 
 def summary(take: Take) -> dict[str, Any]:
     """Provenance, notices and the take's figures, ready for JSON (no NaN)."""
-    facts, poses, rectified = facts_of(take), take.need("poses"), take.need("rectified")
+    poses, rectified = take.need("poses"), take.need("rectified")
     up_error_deg = np.where(np.isfinite(rectified.up_bound_deg), rectified.up_error_deg, np.nan)
     content = {
         "pcnet3d": package_version(),
@@ -179,13 +181,13 @@ def summary(take: Take) -> dict[str, Any]:
         "session": {key: value for key, value in asdict(take.session).items() if value},
         "told": asdict(take.told),
         "inputs": take.inputs,
-        "verdict": facts.verdict,
+        "verdict": take.verdict,
         "notices": [each.as_dict() for each in take.said],
         "poses": {
             "frames": len(poses),
             "first_frame": int(poses.frame_index[0]),
             "fps": poses.fps,
-            "duration_s": facts.duration_s,
+            "duration_s": poses.duration_s,
             "source_frame": str(poses.frame),
             "frame": asdict(poses.frame),
             "unit": poses.frame.unit,
@@ -193,7 +195,7 @@ def summary(take: Take) -> dict[str, Any]:
             **_about(poses),
             "root_shared": poses.path and poses.path.shared,
             "steps": len(poses.history),
-            "bone_length_spread": facts.bone_length_spread,
+            "bone_length_spread": bone_spread(poses),
         },
         "keypoints": None
         if take.keypoints is None
@@ -201,13 +203,13 @@ def summary(take: Take) -> dict[str, Any]:
         "rectification": {
             "method": rectified.method,
             "camera": rectified.camera,
-            "frames_rectified": facts.turned,
+            "frames_rectified": int(rectified.turned.sum()),
             "error_deg_mean": mean(rectified.error_deg),
             **_up("up_error_deg", up_error_deg, rectified),
             **_up("up_bound_deg", rectified.up_bound_deg, rectified),
             "up_shares": rectified.up_shares,
-            "up_by_source": {name: _told(source) for name, source in facts.sources.items()},
-            "vote_deviation_deg_mean": facts.vote_deviation_deg,
+            "up_by_source": {name: _told(source) for name, source in facts_of(take).sources.items()},
+            "vote_deviation_deg_mean": mean(angle_deg(rectified.up_votes, shared_up(rectified))),
             "R_source_from_level": rectified.R_source_from_level.tolist(),
             "level_heading": rectified.level_heading,
             "level_ok": rectified.level_ok,
@@ -218,7 +220,7 @@ def summary(take: Take) -> dict[str, Any]:
         "cutoff_hz": take.cutoff_hz,
         "angle_errors": take.angle_errors,
         "measures": None if take.measures is None else nested(take.measures),
-        "history": [asdict(step) for step in facts.history],
+        "history": [asdict(step) for step in take.history],
     }
     return plain(content)
 

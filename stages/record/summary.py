@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
@@ -13,11 +15,12 @@ from ..drawing.facts import OWN_WAYS, Facts, facts_of, listed, ways_of_level
 def summary_markdown(take: Take) -> str:
     """The take's summary: warnings first, then how it was rectified, what it is, and what was done to it."""
     facts = facts_of(take)
-    unit = facts.poses.frame.unit
+    poses = take.need("poses")
+    unit = poses.frame.unit
     error = f"{bound_in_words(facts.error_deg)} deg (median)" if np.isfinite(facts.error_deg) else "not known"
     lines = [
         f"### {take.title}",
-        *_told("#### ⚠ Warnings", facts.warnings, "**"),
+        *_told("#### ⚠ Warnings", take.texts("warning"), "**"),
         *([] if take.findings is None else [f"**Verdict: {verdict_words(take.judged)}.**"]),
         "#### Rectification",
         f"- method: {facts.rectified.method}",
@@ -27,18 +30,18 @@ def summary_markdown(take: Take) -> str:
         f"- expected rotation error: {error}",
         f"- axes of BODY and LEVEL: x back, y right, z up{_relative(facts)}",
         "#### Take",
-        f"- {how_many(len(facts.poses), 'frame')}, {facts.poses.frame_index[0]} to {facts.poses.frame_index[-1]}"
-        + rate_in_words(facts.poses.fps, ", "),
-        f"- source axes: {facts.poses.frame}",
+        f"- {how_many(len(poses), 'frame')}, {poses.frame_index[0]} to {poses.frame_index[-1]}"
+        + rate_in_words(poses.fps, ", "),
+        f"- source axes: {poses.frame}",
         f"- unit of length: {'arbitrary, the source has no scale' if unit == 'arbitrary' else unit}",
-        *_told("#### Repairs", facts.repairs),
-        *_told("#### Notes", facts.notes),
+        *_told("#### Repairs", take.texts("repair")),
+        *_told("#### Notes", take.texts("note")),
         *(["#### Inputs"] if take.inputs else []),
         *(f"- {listed(entry)}" for entry in take.inputs),
         "#### Done to the poses",
         *(
             f"1. {step.name} ({step.version}){f': {listed(step.options)}' if step.options else ''}"
-            for step in facts.history
+            for step in take.history
         ),
     ]
     return "\n".join(lines) + "\n"
@@ -62,5 +65,5 @@ def _relative(facts: Facts) -> str:
     )
 
 
-def _told(heading: str, texts: tuple[str, ...], mark: str = "") -> list[str]:
+def _told(heading: str, texts: Sequence[str], mark: str = "") -> list[str]:
     return [heading, *(f"- {mark}{text}{mark}" for text in texts)] if texts else []

@@ -15,9 +15,8 @@ from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import BAND, SIDES, SLICES, Curve, over_time, sides
-from ..drawing.facts import angle_bands
+from ..drawing.facts import angle_bands, errors_of_angles
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
-from ..drawing.words import errors_of_angles, range_words
 
 
 def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
@@ -62,6 +61,18 @@ def _range(of: Measures, bars: bool) -> Cell:
         if bars and low and low.bar is None
         else shown
     )
+
+
+def range_words(of: Measures) -> Cell:
+    """A range of motion with the wider 90 % bar of its ends, broken before ± at most, in grey where some values
+    are such as no joint reaches; None where unknown. of: an angle's figures in `range_of_motion`."""
+    low, high = (of.figure(name) for name in ("p05", "p95"))
+    if low is None or high is None:
+        return None
+    bars = [end.bar for end in (low, high) if end.bar is not None]
+    ends = f"{low.value:z.0f} to {high.value:z.0f}".replace(" ", "\u00a0")
+    words = f"{ends} ±\u00a0{max(bars):.0f}" if bars else ends
+    return Soft(words) if of.value("beyond_anatomy_frames") else words
 
 
 def _without_range(found: Measures) -> list[str]:

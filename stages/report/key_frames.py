@@ -10,7 +10,6 @@ from markupsafe import Markup
 from ...models.angle_error.off_keypoints import agrees, steady
 from ...models.common.motion import in_doubt
 from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
-from ...pipeline.core.figures import label_of
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -75,7 +74,7 @@ def _apart(times: np.ndarray, row: int, shown: Iterable[int]) -> bool:
 
 def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray | None) -> Markup:
     """body: the take's poses in BODY, with their feet."""
-    row, angle = event.row, _angle(take, event)
+    row = event.row
     poses = with_feet(take.need("poses"))
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
     rectified = body_views(joints)
@@ -96,14 +95,7 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     time_s = float(body.times[row])
     at_s = time_s if event.at_s is None else event.at_s
     title = ", ".join(words for words in (f"{at_s:.2f} s", event.words) if words)
-    told = f": {label_of(event.angle)} {angle}" if angle else ""
-    return figure([before, after], title, f"frame {frame}{told}", time_s=round(time_s, 3))
-
-
-def _angle(take: Take, event: Event) -> str:
-    """The event's angle, in degrees; "" where it has none."""
-    value = (take.kinematics or {}).get(f"{event.angle}_deg", np.full(event.row + 1, np.nan))[event.row]
-    return f"{value:z.0f}\u00b0" if np.isfinite(value) else ""
+    return figure([before, after], title, f"frame {frame}", time_s=round(time_s, 3))
 
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:

@@ -24,9 +24,8 @@ from ..drawing.page import Told, answer, charts, figure, page, picture, small, t
 from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg
 from .measures import happened
-from .motion import motion_charts
 from .player import skeleton_player
-from .sections import files_beside, gravity_words, provenance, repairs_of, session_words, up_table
+from .sections import files_beside, gravity_words, provenance, repairs_of, session_words
 from .trust import trust
 
 # The one meaning of 90 %.
@@ -57,7 +56,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     charts.
 
     On the first screen what was seen, in words and figures, the video beside the upright skeleton, and how far to trust
-    it; folded, key frames, the movements that happened, angles and speeds, and where everything comes from. What the
+    it; folded, key frames, the movements that happened, angles, and where everything comes from. What the
     take lacks (video, angles, measures, ...) is left out; so are the video's images where `take.told.images` is False.
     files: names of the files in the page's folder, to lead to. Raises InputError without poses, rectified poses or time
     stamps, or when the video cannot be decoded.
@@ -76,10 +75,9 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(measures, take.poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
-        ("Speeds and accelerations", motion_charts(take) if several else Markup("")),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
-        ("Where this comes from", provenance(facts, take)),
+        ("Where this comes from", provenance(take)),
     ]
     return page(take.title, head, sections, folded=True)
 
@@ -108,7 +106,7 @@ def _key_frames(take: Take) -> Markup:
 
 
 def _gravity(take: Take, facts: Facts) -> Markup:
-    return gravity_words(facts) + up_table(facts, take.camera is not None) + charts(_lines(take))
+    return gravity_words(facts) + charts(_lines(take))
 
 
 def _lines(take: Take) -> Iterator[Markup]:

@@ -11,7 +11,7 @@ from ...models.common.metrics import SD_90
 from ...models.common.residuals import limb_scores
 from ...pipeline.core.figures import label_of
 from ...pipeline.core.messages import how_many, spans_in_words
-from ...pipeline.core.notices import Notice
+from ...pipeline.core.notices import Notice, grave
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
@@ -19,9 +19,8 @@ from ...pipeline.signals.checks import moves
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
-from ..drawing.facts import Facts
+from ..drawing.facts import ERRORS_OF_ANGLES, Facts
 from ..drawing.page import Level, gauge
-from ..drawing.words import ERRORS_OF_ANGLES
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
 # (5 to 7 degrees in standard deviation, docs/angles.md).
@@ -48,16 +47,16 @@ Check = tuple[str, Level, list[str]]
 
 def trust(take: Take, facts: Facts) -> Markup:
     """The gauge: as low as the lowest of what it rests on."""
-    checks = [*_poses(take, facts)]
-    if facts.verdict != "unusable":  # what else is known of such poses was never compared with a truth
+    checks = _poses(take)
+    if take.verdict != "unusable":  # what else is known of such poses was never compared with a truth
         checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
     checks += _others(take, {text for _, _, texts in checks for text in texts})
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     verdict, said = "Usable.", "Figures hold within their errors."
     if level == "bad":
-        unusable = facts.verdict == "unusable"
+        unusable = take.verdict == "unusable"
         verdict, said = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""
-    elif facts.verdict == "suspicious":
+    elif take.verdict == "suspicious":
         verdict, said = "Check.", "Some figures may be off by more than their errors."
     elif _against_rate(take.said):
         said = "Times and speeds hold only if the frame rate is right."
@@ -82,24 +81,25 @@ def _against_rate(said: Iterable[Notice]) -> list[Notice]:
     return [each for each in said if each.code in _AGAINST_RATE]
 
 
-def _poses(take: Take, facts: Facts) -> list[Check]:
-    if facts.verdict is None:
+def _poses(take: Take) -> list[Check]:
+    if take.verdict is None:
         return []
-    level: Level = {"unusable": "bad", "suspicious": "care"}.get(facts.verdict, "good")  # type: ignore[assignment]
-    doubts = [doubt.text for doubt in facts.doubts] or [_undoubted(take.need("poses"))]
-    if level == "good" and facts.duration_s < _SHOWS_FAULTS_S:
+    level: Level = {"unusable": "bad", "suspicious": "care"}.get(take.verdict, "good")  # type: ignore[assignment]
+    found, poses = grave(take.judged), take.need("poses")
+    doubts = [doubt.text for doubt in found] or [_undoubted(poses)]
+    if level == "good" and poses.duration_s < _SHOWS_FAULTS_S:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
     doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
     if against := [each.text for each in _against_rate(take.notices) if each.weight == "warning"]:
         level = "care" if level == "good" else level
         doubts += against
-    name = f"The poses are {facts.verdict}"
+    name = f"The poses are {take.verdict}"
     if level == "good" and take.error_unknown:
         name, level = "How far the poses are off cannot be judged", "care"
-    if [doubt.code for doubt in facts.doubts] == ["too-few-frames"]:
+    if [doubt.code for doubt in found] == ["too-few-frames"]:
         name = "The poses cannot be judged"
-    elif level == "good" and _whole(take.need("poses")).mean() < _MOSTLY:
+    elif level == "good" and _whole(poses).mean() < _MOSTLY:
         name, level = "What was seen of the poses is good", "care"
     return [(name, level, doubts)]
 

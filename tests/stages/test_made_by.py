@@ -19,8 +19,7 @@ from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
-from pcnet3d.stages.drawing.facts import facts_of
-from pcnet3d.stages.drawing.words import errors_of_angles
+from pcnet3d.stages.drawing.facts import errors_of_angles, facts_of
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.measures.stage import Measures

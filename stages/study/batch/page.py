@@ -13,8 +13,8 @@ from ....pipeline.core.measures import Measure, Side, half_bar, shown
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
+from ...drawing.facts import ERRORS_OF_ANGLES
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
-from ...drawing.words import ERRORS_OF_ANGLES
 from .manifest import LABELS
 from .study import doubts, name_of
 

@@ -15,7 +15,8 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
-from ...drawing.facts import facts_of, mean
+from ....pipeline.signals.checks import bone_spread
+from ...drawing.facts import mean
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 _COUNTS = ("count", "steps")  # of movements, which the page shows beside the figures that have errors
@@ -66,23 +67,23 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
 
 
 def _of_take(take: Take) -> dict[str, Any]:
-    facts, rectified = facts_of(take), take.need("rectified")
+    poses, rectified = take.need("poses"), take.need("rectified")
     rows = rectified.turned if rectified.camera == "moving" else slice(None)
     return {
         "notices": [{part: printable(getattr(each, part)) for part in _SAID} for each in take.said],
-        "verdict": facts.verdict or "",
-        "frames": len(facts.poses),
-        "fps": facts.poses.fps,
-        "duration_s": facts.duration_s,
-        "unit": facts.poses.frame.unit,
-        "method": printable(facts.rectified.method),
+        "verdict": take.verdict or "",
+        "frames": len(poses),
+        "fps": poses.fps,
+        "duration_s": poses.duration_s,
+        "unit": poses.frame.unit,
+        "method": printable(rectified.method),
         "angle_errors": take.angle_errors or "",
-        "level_ok": facts.rectified.level_ok,
-        "level_reason": printable(facts.rectified.level_reason),
+        "level_ok": rectified.level_ok,
+        "level_reason": printable(rectified.level_reason),
         "up_error_deg": mean(rectified.up_error_deg[rows]),
         "up_bound_deg": mean(rectified.up_bound_deg[rows]),
         "error_deg_mean": mean(rectified.error_deg),
-        "bone_length_spread": facts.bone_length_spread,
+        "bone_length_spread": bone_spread(poses),
         "numbers": {printable(name): value for name, value in _numbers(nested(take.figures))},
     }
 

@@ -13,8 +13,8 @@ from ....pipeline.core.measures import Curve as Cycle
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
+from ...drawing.facts import errors_of_angles
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
-from ...drawing.words import errors_of_angles
 from .changes import Change
 from .comparison import Comparison, Pair, result
 

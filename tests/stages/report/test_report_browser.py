@@ -70,7 +70,7 @@ def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, un
     charts = browser.value(
         "[...document.querySelectorAll('.chart > svg')].map(s => s.checkVisibility() && s.clientWidth)"
     )
-    assert len(charts) >= 15
+    assert len(charts) >= 12
     assert all(shown is False or shown > 250 for shown in charts)  # those within details are not shown
     assert browser.value("document.documentElement.scrollWidth") <= width
     sizes = (
@@ -81,7 +81,7 @@ def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, un
     assert len(set(browser.value(lefts))) == (3 if width > 600 else 1)  # side by side on a desk
     browser.value("document.querySelectorAll('details').forEach(d => d.open = true)")
     beyond = "[...document.querySelectorAll('.table')].filter(t => t.scrollWidth > t.clientWidth + 1).length"
-    assert browser.value("document.querySelectorAll('.table').length") >= 3
+    assert browser.value("document.querySelectorAll('.table').length") >= 1
     assert width > 600 or browser.value(beyond) == 0  # no column is hidden on a telephone
 
 

@@ -9,9 +9,8 @@ import pytest
 from golden.measures import rows_of
 from pcnet3d.pipeline.core.figures import WITHHELD
 from pcnet3d.pipeline.core.measures import Measure, Measures, half_bar
-from pcnet3d.stages.drawing.words import range_words
 from pcnet3d.stages.measures.stage import Measures as Stage
-from pcnet3d.stages.report.angles import ranges
+from pcnet3d.stages.report.angles import range_words, ranges
 from pcnet3d.stages.report.measures import happened
 from pcnet3d.stages.study.compare.changes import Change
 

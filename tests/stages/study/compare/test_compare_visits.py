@@ -13,7 +13,7 @@ from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.stages.drawing.words import errors_of_angles
+from pcnet3d.stages.drawing.facts import errors_of_angles
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
 from pcnet3d.stages.study.compare.comparison import compared, figures, result
