@@ -6,13 +6,14 @@ Where the package is not installed, for example on a machine lent for minutes: p
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.extras import needed_for
 from ...pipeline.running.recipe import load_toml
+from .common.config import checked
 from .common.modules import run_command
 
 
@@ -24,30 +25,27 @@ def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
     device: Annotated[str, typer.Option(help="auto (a GPU if there is one), cpu or cuda.")] = "auto",
     threads: Annotated[int, typer.Option(min=1, help="Number of CPU threads.")] = 1,
-    minutes: Annotated[
-        float | None, typer.Option(min=0, help="Stop after this many minutes; the same command continues.")
-    ] = None,
 ) -> None:
     """Train a network of this package from a config file, or continue a stopped training."""
-    with needed_for("Training"):
-        import torch
+    trainer, checked_config = read_config(config)
+    import torch
 
-        from .training.lifter.train import train_lifter
-        from .training.rectifier.train import train_pcnet
     torch.set_num_threads(threads)
-    trainers = {"lifter": train_lifter, "pcnet": train_pcnet}
-    kind = _kind(config)
+    trainer.train(checked_config, output, device)
+
+
+def read_config(path: Path) -> tuple[Any, Any]:
+    """The module that trains what a config file describes, and its TrainConfig. InputError for keys and values that it
+    cannot have."""
+    with needed_for("Training"):
+        from .training.lifter import train as lifter
+        from .training.rectifier import train as rectifier
+    trainers = {"lifter": lifter, "pcnet": rectifier}
+    content = load_toml(path, "a training config")
+    kind = str(content.get("kind", "lifter"))
     if kind not in trainers:
-        raise InputError("bad-value", f"{config}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
-    trainers[kind](config, output, device, minutes)
-
-
-def _kind(config: Path) -> str:
-    """What the file says it trains; a file that cannot be read is left to the trainer's own words."""
-    try:
-        return str(load_toml(config, "a training config").get("kind", "lifter"))
-    except InputError:
-        return "lifter"
+        raise InputError("bad-value", f"{path}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
+    return trainers[kind], checked(content, trainers[kind].TrainConfig, str(path))
 
 
 if __name__ == "__main__":

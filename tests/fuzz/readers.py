@@ -167,29 +167,26 @@ def _read_weights(path: Path) -> object:
 
 
 def _state() -> Any:
-    from pcnet3d.models.lab.common.training import State, optimisers_of
+    from pcnet3d.models.lab.training.loop import State
     from pcnet3d.models.lab.training.rectifier.net import PCNet
 
-    net = PCNet(_tiny().net)
-    return State(net, optimisers_of(net, _tiny().schedule, ()))
+    return State(PCNet(_tiny().net), (), _tiny(), "")
 
 
 def _checkpoint(folder: Path) -> Path:
     (folder / "run").mkdir()
-    _state().save(folder / "run", _tiny())
+    _state().save(folder / "run")
     return folder / "run"
 
 
 def _read_checkpoint(path: Path) -> object:
-    import torch
-
     state = _state()
-    state.load(path, _tiny(), torch.device("cpu"))
+    state.load(path)
     return state
 
 
 def _clips(folder: Path) -> Path:
-    from pcnet3d.models.lab.mocap.files import write_mocap
+    from pcnet3d.models.lab.mocap.convert import write_mocap
     from pcnet3d.pipeline.reading.mocap import Clip
 
     clips = [
@@ -273,7 +270,7 @@ OTHERS = {
     "take of a study": Reader(_summary, _read_study),
     "detections of a run": Reader(_run_keypoints, _read_run_keypoints),
     "recipe": Reader(_recipe, _read_recipe),
-    "training config": Reader(_config, _by("models.lab.training.rectifier.train", "read_config")),
+    "training config": Reader(_config, _by("models.lab.train", "read_config")),
     "run folder": Reader(_run, _by("stages.study.compare.side", "load_side")),
     "rectifier": Reader(_onnx("rectifier/pcnet.onnx"), _read_rectifier),
     "lifter": Reader(_onnx("lifter/lifter.onnx"), _read_lifter),

@@ -137,7 +137,7 @@ def tables(
             for one in question.sets
         }
         return {**question.heading(), "rectifiers": _judged(question.rectifiers, kinds)}
-    clips = read_parts(data, split, ["test"]).clips["test"] if split else read_mocap(data)
+    clips = read_parts(data, split, ["test"])["test"] if split else read_mocap(data)
     subjects = sorted({clip.subject for clip in clips})
     about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}"
     kinds = {f"{data.name}, {'test' if split else 'everybody'}": _clean(clips, question.seed, targets)}

@@ -14,14 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, readable
 from ....pipeline.core.rotations import transpose
-from ....pipeline.files.skeletons import UNITS, Skeleton, h36m17_of_skeleton, place
-from ....pipeline.reading.mocap import Clip, z_up
-from .files import Found, How, joined, label, read_text, require_plausible
+from ....pipeline.files.markers import Up
+from ....pipeline.files.skeletons import Skeleton, h36m17_of_skeleton, place
+from ....pipeline.reading.mocap import z_up
 
-PATTERN = "**/*.[aA][mM][cC]"
-_FPS = 120.0  # of CMU and HDM05; the files do not say it
+FPS = 120.0  # of CMU and HDM05; the files do not say it
 _INCH_M = 0.0254
 _BONE = re.compile(r"^\s*begin\s*$(.*?)^\s*end\s*$", re.M | re.S)
 
@@ -29,47 +28,45 @@ _BONE = re.compile(r"^\s*begin\s*$(.*?)^\s*end\s*$", re.M | re.S)
 @dataclass(frozen=True, eq=False)
 class Acclaim:
     """An ASF file. skeleton: joints where bones begin, the root first, metres. C: (J, 3, 3) each bone's own axes.
-    dofs: by bone, what an AMC line says, for example ("rx", "rz"). metres: one unit of the file. degrees: else radians.
-    """
+    dofs: by bone, what an AMC line says, for example ("rx", "rz"). metres: one unit of the file."""
 
     skeleton: Skeleton
     C: np.ndarray
     dofs: dict[str, tuple[str, ...]]
     metres: float
-    degrees: bool
 
 
-def read(path: Path, folder: Path, how: How) -> Found:
-    """One clip, with the skeleton beside it whose name its own begins with, or the only one; InputError without."""
+def read(path: Path, metres: float | None = None, up: Up = "y") -> tuple[np.ndarray, str]:
+    """(T, 17, 3) joints of an AMC file, metres, +Z up, and the name of its skeleton: the ASF file beside it whose name
+    its own begins with, or the only one. metres: as of parse_asf. InputError without."""
     skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
     named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
     if not named and len(skeletons) != 1:
         raise InputError("needs-input", "expected its .asf skeleton in the same folder.")
     skeleton_file = max(named, key=lambda file: len(file.stem)) if named else skeletons[0]
-    acclaim = parse_asf(read_text(skeleton_file), UNITS[how.unit] if how.unit else None)
-    joints, R = pose(acclaim, *parse_amc(read_text(path), acclaim))
-    joints = z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), how.up or "y").astype(np.float32)
-    require_plausible(joints)
-    if how.subject:
-        subject, name = label(path, folder, how.subject)
-    else:
-        subject = skeleton_file.stem.replace("_", "-")
-        name = joined(skeleton_file.stem, path.stem)
-    notes = () if how.fps else (f"{_FPS:g} fps, as CMU and HDM05 have it",)
-    return Found(Clip(name, subject, "asfamc", how.fps or _FPS, joints), notes)
+    acclaim = parse_asf(_text(skeleton_file), metres)
+    joints, R = pose(acclaim, parse_amc(_text(path), acclaim))
+    joints = z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), up)
+    return joints.astype(np.float32), skeleton_file.stem
+
+
+def _text(path: Path) -> str:
+    """Without comments; InputError when the file cannot be read as text."""
+    with readable(path, "motion capture"):
+        return re.sub(r"^\s*#.*$", "", path.read_text(encoding="utf-8", errors="replace"), flags=re.M)
 
 
 def parse_asf(text: str, metres: float | None = None) -> Acclaim:
     """The skeleton of an ASF file. metres: one unit of the file, instead of what its `length` says. InputError for what
     is no ASF."""
-    sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", _no_comments(text), re.M | re.S)}
+    sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", text, re.M | re.S)}
     missing = {"units", "root", "bonedata", "hierarchy"} - set(sections)
     if missing:
         raise InputError("wrong-content", f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
     try:
         units, root = _records(sections["units"]), _records(sections["root"])
         metres = metres or _INCH_M / float(units.get("length", ["1"])[0])
-        degrees = units.get("angle", ["deg"])[0].lower().startswith("deg")
+        _require_degrees(units.get("angle", ["deg"])[0])
         bones = {bone["name"][0]: bone for bone in map(_records, _BONE.findall(sections["bonedata"]))}
         parent_of = {
             child: words[0]
@@ -80,12 +77,14 @@ def parse_asf(text: str, metres: float | None = None) -> Acclaim:
         parents = (-1, *(names.index(parent_of[name]) for name in names[1:]))
         own_axes = [root.get("orientation", ["0"] * 3) + root.get("axis", ["XYZ"])]
         own_axes += [bones[name].get("axis", ["0", "0", "0", "XYZ"]) for name in names[1:]]
-        C = np.stack([_turn(order, _numbers(angles), degrees) for *angles, order in own_axes])
+        C = np.stack([_turn(order, _numbers(angles)) for *angles, order in own_axes])
         dofs = {"root": root["order"], **{name: bone.get("dof", []) for name, bone in bones.items()}}
         offsets = metres * np.stack([_offset(bones.get(parent_of.get(name, ""))) for name in names])
+    except InputError:
+        raise
     except (ValueError, KeyError, IndexError) as error:
         raise InputError("file-damaged", f"the ASF skeleton is damaged: {error}.") from None
-    return Acclaim(Skeleton(names, parents, offsets), C, _checked(dofs), metres, degrees)
+    return Acclaim(Skeleton(names, parents, offsets), C, _checked(dofs), metres)
 
 
 def _records(section: str) -> dict[str, list[str]]:
@@ -128,11 +127,17 @@ def _numbers(words: Iterable[str]) -> np.ndarray:
     return np.array([float(word) for word in words])
 
 
-def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]:
-    """By bone, (T, dofs) as the file has them; and whether its angles are degrees. InputError for what is no AMC
-    of that skeleton."""
-    text = _no_comments(text)
-    degrees = ":RADIANS" not in text.upper() and (acclaim.degrees or ":DEGREES" in text.upper())
+def _require_degrees(unit: str) -> None:
+    if not unit.lower().startswith("deg"):
+        raise InputError(
+            "wrong-content", f"expected angles in degrees, as CMU and HDM05 have them, got {unit}."
+        )
+
+
+def parse_amc(text: str, acclaim: Acclaim) -> dict[str, np.ndarray]:
+    """By bone, (T, dofs) as the file has them, angles in degrees. InputError for what is no AMC of that skeleton."""
+    if ":RADIANS" in text.upper():
+        _require_degrees("radians")
     lines: dict[str, list[list[str]]] = {name: [] for name, dofs in acclaim.dofs.items() if dofs}
     frames = 0
     for words in map(str.split, text.splitlines()):
@@ -152,12 +157,12 @@ def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]
             f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them.",
         )
     try:
-        return {name: np.array(rows, dtype=float) for name, rows in lines.items() if rows}, degrees
+        return {name: np.array(rows, dtype=float) for name, rows in lines.items() if rows}
     except ValueError as error:
         raise InputError("file-damaged", f"the AMC file is damaged: {error}.") from None
 
 
-def pose(acclaim: Acclaim, motion: dict[str, np.ndarray], degrees: bool) -> tuple[np.ndarray, np.ndarray]:
+def pose(acclaim: Acclaim, motion: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Joints (T, J, 3), metres, and R_world_from_joint (T, J, 3, 3)."""
     count = len(motion["root"])
     R = np.tile(np.eye(3), (count, len(acclaim.skeleton.names), 1, 1))
@@ -168,7 +173,7 @@ def pose(acclaim: Acclaim, motion: dict[str, np.ndarray], degrees: bool) -> tupl
         dofs = acclaim.dofs[name]
         turns = [k for k, dof in enumerate(dofs) if dof[0] == "r"]
         if turns:
-            M = _turn("".join(dofs[k][1] for k in turns), motion[name][:, turns], degrees)
+            M = _turn("".join(dofs[k][1] for k in turns), motion[name][:, turns])
             R[:, i] = acclaim.C[i] @ M @ transpose(acclaim.C[i])
         for k, dof in enumerate(dofs):
             if dof[0] == "t":
@@ -176,12 +181,8 @@ def pose(acclaim: Acclaim, motion: dict[str, np.ndarray], degrees: bool) -> tupl
     return place(acclaim.skeleton, root, R)
 
 
-def _turn(order: str, angles: np.ndarray, degrees: bool) -> np.ndarray:
-    """(..., 3, 3) of angles (..., len(order)) about fixed axes, the first named one first."""
+def _turn(order: str, angles: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) of angles (..., len(order)), degrees, about fixed axes, the first named one first."""
     from scipy.spatial.transform import Rotation
 
-    return Rotation.from_euler(order.lower(), angles, degrees=degrees).as_matrix()
-
-
-def _no_comments(text: str) -> str:
-    return re.sub(r"^\s*#.*$", "", text, flags=re.M)
+    return Rotation.from_euler(order.lower(), angles, degrees=True).as_matrix()

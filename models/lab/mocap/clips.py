@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel
@@ -16,7 +16,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
 from ....pipeline.reading.mocap import Clip, read_mocap
-from ..common.toml_config import read_json
+from ..common.config import read_json
 
 Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
@@ -28,12 +28,11 @@ PARTS = ("train", "val", "test")
 
 
 class Listed(BaseModel):
-    """Who is in which part: people, or with by "clip" names of clips."""
+    """People of each part."""
 
     train: set[str] = set()
     val: set[str] = set()
     test: set[str] = set()
-    by: Literal["subject", "clip"] = "subject"
 
 
 class _Splits(BaseModel):
@@ -90,44 +89,38 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     folder = folder or data_folder()
     if subjects == "hdm05":
         return read_mocap(folder / "hdm05_subset.npz")
-    members = _members(folder / "splits.json", subjects)
-    files = [folder / f"{name}.npz" for name, people in members.items() if people]
-    clips = tuple(
-        clip for path in files for clip in read_mocap(path) if subject_of(clip.name) in members[path.stem]
+    path = folder / "splits.json"
+    splits = dict(read_json(path, _Splits, "train, val and test subjects in JSON"))
+    _refuse_shared(
+        {part: set().union(*(getattr(of, part) for of in splits.values())) for part in PARTS}, path
     )
+    part = "test" if subjects == "tennis" else subjects
+    clips: list[Clip] = []
+    for name, listed in splits.items():
+        people = getattr(listed, part)
+        if people and (part != "test" or (name == _TENNIS) == (subjects == "tennis")):
+            clips += _of_people(read_mocap(folder / f"{name}.npz"), people)
     if not clips:
         raise InputError(
             "nothing-usable",
-            f"Expected clips of {subjects} subjects in {', '.join(map(str, files)) or folder}, but there are none of "
-            "those that splits.json lists.",
+            f"Expected clips of {subjects} subjects in {folder}, but there are none of those that splits.json lists.",
         )
-    return clips
+    return tuple(clips)
 
 
-def _members(path: Path, subjects: Subjects) -> dict[str, set[str]]:
-    """{file: its people among `subjects`} by splits.json. InputError when it is no split, lists none of them, or has
-    somebody in two parts."""
-    listed = read_json(path, _Splits, "train, val and test subjects in JSON")
-    split = {name: {part: getattr(of, part) for part in PARTS} for name, of in listed}
-    places: dict[str, list[str]] = {}
-    for parts in split.values():
-        for key, people in parts.items():
-            for one in people:
-                places.setdefault(one, []).append(key)
-    if twice := [f"{one} ({' and '.join(where)})" for one, where in places.items() if len(where) > 1]:
-        raise InputError(
-            "wrong-content",
-            f"Expected every subject in one part of {path} only; not so: {', '.join(sorted(twice))}.",
-        )
-    part = "test" if subjects == "tennis" else subjects
-    members = {
-        name: parts[part]
-        for name, parts in split.items()
-        if part != "test" or (name == _TENNIS) == (subjects == "tennis")
-    }
-    if not any(members.values()):
-        raise InputError("nothing-usable", f"Expected {subjects} subjects in {path}, but it lists none.")
-    return members
+def _of_people(clips: Sequence[Clip], people: set[str]) -> tuple[Clip, ...]:
+    return tuple(clip for clip in clips if subject_of(clip.name) in people)
+
+
+def _refuse_shared(parts: dict[str, set[str]], path: Path) -> None:
+    """InputError when somebody is in two parts of a split."""
+    for part, other in combinations(PARTS, 2):
+        if shared := parts[part] & parts[other]:
+            raise InputError(
+                "wrong-content",
+                f"Expected every subject in one part of {path} only, but {', '.join(sorted(shared))} is in {part} "
+                f"and {other}.",
+            )
 
 
 def lying(joints_world: np.ndarray) -> np.ndarray:
@@ -150,37 +143,22 @@ def trunk_lean_deg(joints: np.ndarray) -> np.ndarray:
     return np.asarray(angle_deg(trunk, np.broadcast_to((0.0, 0.0, 1.0), trunk.shape)))
 
 
-class Parts(NamedTuple):
-    """The clips of each part ("train", "val", "test"), and what the split lists: "subject", or "clip" where the same
-    people may be in several parts."""
+def read_parts(data: Path, split: Path, needed: Sequence[str] = PARTS) -> dict[str, tuple[Clip, ...]]:
+    """A file of clips (pipeline/reading/mocap.py) by a JSON file of their subjects: {"train": [...], "val": [...],
+    "test": [...]}.
 
-    clips: dict[str, tuple[Clip, ...]]
-    by: Literal["subject", "clip"]
-
-
-def read_parts(data: Path, split: Path, needed: Sequence[str] = PARTS) -> Parts:
-    """A file of clips (clips.read_mocap) by a JSON file of subjects: {"train": [...], "val": [...], "test": [...]}.
-
-    A clip's subject is its name up to the first "_". With "by": "clip" the lists hold clip names. InputError when a
-    needed part is missing or empty, a name is in two parts, or the data has no such subject or clip.
+    A clip's subject is its name up to the first "_". InputError when a needed part is missing or empty, somebody is in
+    two parts, or the data has no such subject.
     """
-    clips, listed = read_mocap(data), read_json(split, Listed, "train, val and test subjects in JSON")
-    lists, by = {part: getattr(listed, part) for part in PARTS}, listed.by
-    if missing := [part for part in needed if not lists[part]]:
+    clips, listed = read_mocap(data), dict(read_json(split, Listed, "train, val and test subjects in JSON"))
+    if missing := [part for part in needed if not listed[part]]:
         raise InputError(
             "nothing-usable",
-            f"Expected {by}s for {', '.join(needed)} in {split}; {', '.join(missing)} has none.",
+            f"Expected subjects for {', '.join(needed)} in {split}; {', '.join(missing)} has none.",
         )
-    for part, other in combinations(PARTS, 2):
-        if shared := lists[part] & lists[other]:
-            raise InputError(
-                "wrong-content",
-                f"Expected every {by} in one part of {split} only, but {', '.join(sorted(shared))} is in {part} "
-                f"and {other}.",
-            )
-    key = {clip.name: clip.name if by == "clip" else subject_of(clip.name) for clip in clips}
-    if unknown := sorted(set().union(*lists.values()) - set(key.values())):
+    _refuse_shared(listed, split)
+    if unknown := sorted(set().union(*listed.values()) - {subject_of(clip.name) for clip in clips}):
         raise InputError(
-            "name-unknown", f"{split} lists {by}s that {data} does not have: {', '.join(unknown[:10])}."
+            "name-unknown", f"{split} lists subjects that {data} does not have: {', '.join(unknown[:10])}."
         )
-    return Parts({part: tuple(c for c in clips if key[c.name] in names) for part, names in lists.items()}, by)
+    return {part: _of_people(clips, people) for part, people in listed.items()}

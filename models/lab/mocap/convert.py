@@ -1,70 +1,83 @@
 """Motion capture of several formats into the one file that training and evaluation read:
 
 pcnet3d lab mocap FOLDER -o clips.npz
+
+BVH and .npz files of joints are read by the adapters of `run`. Here are who is in a file, whether its limbs are a
+person's, and the one frame rate.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from typer import Argument, Option
 
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.frames import Z_UP, change_frame
+from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.messages import how_many, say, show
-from ....pipeline.files.skeletons import UNITS
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.files.arrays import write_arrays
+from ....pipeline.files.markers import Up
+from ....pipeline.files.skeletons import LEG_M, UNITS, leg_length
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.mocap import Clip, upright_share
+from ....pipeline.reading.load import load
+from ....pipeline.reading.mocap import Clip, upright_share, z_up
 from ....pipeline.running.progress import each
-from . import asfamc as mocap_asfamc
-from . import mmfi as mocap_mmfi
-from .files import BVH_FILES, JOINTS_FILES, Found, How, bvh_clip, joints_clip, write_mocap
+from ....pipeline.signals.checks import chirality
+from . import asfamc, mmfi
 
-
-def check_upright(clips: Sequence[Clip]) -> None:
-    """InputError when most frames have the head no higher than the feet: then up is another axis."""
-    share = upright_share(np.concatenate([clip.joints for clip in clips]))
-    if share < 0.5:
-        raise InputError(
-            "wrong-axes",
-            f"Only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with --up.",
-        )
+_FPS = 30.0  # of the clips, but for MM-Fi's
+_LIMBS = tuple(
+    (f"{side}_{a}", f"{side}_{b}")
+    for side in "lr"
+    for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+)
+_MIN_VOTES = 20  # bent knees, before they say anything
+_BACKWARD = 0.2  # share of knees bent forward at or below which left and right are not what the file says
+_LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1
 
 
 @dataclass(frozen=True)
 class Format:
-    """files_are: in words. pattern: of the files in the folder, or one below it unless it starts with **. fps: of the
-    clips written. check: of all clips together; InputError when they are not what the format says."""
+    """pattern: of the files. files_are: in words. adapter, up: what reads them, and the axis that is up there unless it
+    is told."""
 
-    files_are: str
-    read: Callable[[Path, Path, How], Found]
     pattern: str
-    fps: float = 30.0
-    check: Callable[[Sequence[Clip]], None] = check_upright
-
-    def files(self, folder: Path) -> list[Path]:
-        if folder.is_file():
-            return [folder] if Path(folder.name).match(self.pattern.removeprefix("**/")) else []
-        if self.pattern.startswith("**"):
-            return sorted(folder.glob(self.pattern))
-        return sorted({*folder.glob(self.pattern), *folder.glob(f"*/{self.pattern}")})
+    files_are: str
+    adapter: str = ""
+    up: Up = "y"
 
 
 FORMATS = {
-    "mmfi": Format(
-        "E01/S01/A01/ground_truth.npy", mocap_mmfi.read, mocap_mmfi.PATTERN, mocap_mmfi.FPS, mocap_mmfi.check
-    ),
-    "asfamc": Format(".amc", mocap_asfamc.read, mocap_asfamc.PATTERN),
-    "bvh": Format(".bvh", bvh_clip, BVH_FILES),
-    "joints": Format(".npz", joints_clip, JOINTS_FILES),
+    "mmfi": Format(mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
+    "asfamc": Format("*.[aA][mM][cC]", ".amc"),
+    "bvh": Format("*.[bB][vV][hH]", ".bvh", "bvh", "y"),
+    "joints": Format("*.[nN][pP][zZ]", ".npz", "amass", "z"),
 }
 # The first that fits. MM-Fi comes before anything is searched through, for it has millions of files beside the joints;
 # .npz files lie beside other data as well, such as the one that this command writes.
 _ORDER = (("mmfi",), ("asfamc", "bvh"), ("joints",))
+
+
+@dataclass(frozen=True)
+class How:
+    """What the user says of the files; None leaves it to the format.
+
+    unit: of UNITS ("asf" is the one of CMU's skeletons, 0.0254 / 0.45 m). up: the file's vertical axis. fps: the files'
+    frame rate. subject: a regular expression on the path, its first group names the subject.
+    """
+
+    unit: str | None = None
+    up: Up | None = None
+    fps: float | None = None
+    subject: str | None = None
 
 
 def mocap(
@@ -72,8 +85,8 @@ def mocap(
     output: Annotated[Path, Option("-o", "--output", help="The .npz file to write.")],
     format: Annotated[str, Option(help=f"Format of the files: auto, {', '.join(FORMATS)}.")] = "auto",
     unit: Annotated[str | None, Option(help=f"Unit of the files: {', '.join(UNITS)}.")] = None,
-    up: Annotated[Literal["y", "z"] | None, Option(help="The files' vertical axis.")] = None,
-    fps: Annotated[float | None, Option(help="Frames per second, where the files say none.")] = None,
+    up: Annotated[Up | None, Option(help="The files' vertical axis.")] = None,
+    fps: Annotated[float | None, Option(help="Frames per second of the files.")] = None,
     subject: Annotated[str | None, Option(help="Regular expression on the path; group 1 is who.")] = None,
 ) -> None:
     """Convert a folder of motion capture for training and evaluation.
@@ -103,40 +116,157 @@ def read_folder(
     how: How | None = None,
     only: Callable[[Path], bool] = lambda file: True,
 ) -> tuple[list[Clip], list[str]]:
-    """The clips of a folder (or one file) at the format's frame rate, and one sentence for everything that was assumed
-    or left out. only: which of its files. InputError when the format is unknown or not clear, or nothing could be read.
-    """
+    """The clips of a folder (or one file) at one frame rate, and a sentence for everything that was left out. only:
+    which of its files. InputError when the format is unknown or not clear, nothing could be read, or most frames have
+    the head no higher than the feet."""
     if not folder.exists():
         raise InputError(
             "cannot-open", f"Expected a folder of motion capture at {folder}, found nothing there."
         )
     name, files = _recognised(folder, format)
     files = [file for file in files if only(file)]
-    read, notes, bad, clips = FORMATS[name], Counter(), [], {}
+    notes: list[str] = []
+    clips: dict[str, Clip] = {}
     for file in each(files, "files", len(files)):
         try:
-            found = read.read(file, folder if folder.is_dir() else folder.parent, how or How())
-            if found.clip.name in clips:
-                raise InputError("wrong-content", f"there is another clip named {found.clip.name}.")
-            clip = resampled(found.clip, read.fps)
+            clip = _clip(file, folder if folder.is_dir() else folder.parent, name, how or How())
+            if clip.name in clips:
+                raise InputError("wrong-content", f"there is another clip named {clip.name}.")
         except InputError as error:
-            bad.append(f"{file}: {error}")
+            notes.append(f"left out {error}" if str(file) in str(error) else f"left out {file}: {error}")
             continue
         clips[clip.name] = clip
-        notes.update(found.notes)
     if not clips:
         raise InputError(
             "format-unknown",
             f"No file of {len(files)} in {folder} could be read as {name}"
-            + (f"; the first is {bad[0]}" if bad else ", none is of the people that are asked for."),
+            + (f"; the first is {notes[0]}" if notes else ", none is of the people that are asked for."),
         )
-    read.check(list(clips.values()))
-    said = [f"{note} ({count} of {how_many(len(files), 'file')})" for note, count in notes.items()]
-    if format == "auto" and name in ("asfamc", "bvh") and (beside := FORMATS["joints"].files(folder)):
-        said.append(
+    if name == "mmfi":
+        mmfi.check(list(clips.values()))
+    share = upright_share(np.concatenate([clip.joints for clip in clips.values()]))
+    if share < 0.5:
+        raise InputError(
+            "wrong-axes",
+            f"Only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with --up.",
+        )
+    if format == "auto" and name in ("asfamc", "bvh") and (beside := _files(folder, "joints")):
+        notes.append(
             f"{how_many(len(beside), '.npz file')} beside them not read; --format joints reads these alone"
         )
-    return list(clips.values()), said + [f"left out {sentence}" for sentence in bad]
+    return list(clips.values()), notes
+
+
+def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
+    if format != "auto" and format not in FORMATS:
+        raise InputError("name-unknown", f"There is no format '{format}'; {did_you_mean(format, FORMATS)}")
+    for names in _ORDER if format == "auto" else ((format,),):
+        there = {name: files for name in names if (files := _files(folder, name))}
+        if len(there) > 1:
+            raise InputError(
+                "format-ambiguous", f"{folder} holds files of {' and '.join(there)}; say which with --format."
+            )
+        if there:
+            return next(iter(there.items()))
+    wanted = FORMATS if format == "auto" else (format,)
+    kinds = ", ".join(FORMATS[name].files_are for name in wanted)
+    raise InputError("nothing-usable", f"Expected motion capture ({kinds}) in {folder}, found none.")
+
+
+def _files(folder: Path, format: str) -> list[Path]:
+    pattern = FORMATS[format].pattern
+    if folder.is_file():
+        return [folder] if folder.match(pattern) else []
+    if format == "mmfi":
+        return sorted({*folder.glob(pattern), *folder.glob(f"*/{pattern}")})
+    return sorted(folder.rglob(pattern))
+
+
+def _clip(path: Path, folder: Path, format: str, how: How) -> Clip:
+    """The recording of a file; InputError for anything else."""
+    if format == "mmfi":
+        if how != How():
+            raise InputError(
+                "option-conflict",
+                "units, axes, frame rate and subjects of MM-Fi are known; leave the options out.",
+            )
+        return mmfi.read(path)
+    owner = None
+    if format == "asfamc":
+        joints, owner = asfamc.read(path, UNITS[how.unit] if how.unit else None, how.up or "y")
+        fps = asfamc.FPS
+    else:
+        of = FORMATS[format]
+        up = how.up or of.up
+        told = {"up": up, "unit": how.unit} if how.unit else {"up": up}
+        (poses,) = load(path, of.adapter, "poses", told).people
+        poses = remap(change_frame(poses, poses.frame.with_(unit="m")), H36M17)
+        assert poses.time_s is not None
+        joints = z_up(poses.joints, up).astype(np.float32)
+        lasts = float(poses.time_s[-1] - poses.time_s[0])
+        fps = (len(joints) - 1) / lasts if lasts else 1.0  # one frame has no rate
+    require_plausible(joints)
+    subject, name = label(path, folder, how.subject, owner)
+    return resampled(Clip(name, subject, format, how.fps or fps, joints), _FPS)
+
+
+def label(path: Path, folder: Path, pattern: str | None, owner: str | None = None) -> tuple[str, str]:
+    """Subject and clip name of a file; the name is the subject, "_" and the rest.
+
+    Without a pattern the subject is the owner of the skeleton, where the file names one, or the file name up to the
+    first "_", or else the name of the file's folder. InputError when the pattern is not found in the path.
+    """
+    if pattern:
+        try:
+            match = re.search(pattern, path.relative_to(folder).as_posix())
+        except re.error as error:
+            raise InputError(
+                "bad-value", f"Expected a regular expression for the subject, got '{pattern}': {error}."
+            ) from None
+        if not (match and match.groups() and match[1]):
+            raise InputError(
+                "bad-value", f"the pattern '{pattern}' finds no subject (its first group) in the path."
+            )
+        subject = match[1]
+    elif owner is not None:
+        subject = owner
+    elif "_" in path.stem.strip("_"):
+        subject = path.stem.partition("_")[0]
+    else:
+        subject = path.stem if path.parent == folder else path.parent.name
+    plain = subject.replace("_", "-")
+    return plain, f"{plain}_{path.stem.removeprefix(f'{subject}_')}"
+
+
+def require_plausible(joints: np.ndarray) -> None:
+    """InputError when joints (T, 17, 3), metres, lack one, or are not those of a person whose limbs keep their
+    length."""
+    if len(joints) == 0 or not np.isfinite(joints).all():
+        raise InputError("nothing-usable", "expected frames with all joints, got none, or NaN among them.")
+    leg = leg_length(joints)
+    if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
+        raise InputError(
+            "wrong-axes", f"expected metres, got legs {leg:.4g} long; give the unit with --unit."
+        )
+    for start, end in _LIMBS:
+        length = np.linalg.norm(joints[:, H36M17.index(start)] - joints[:, H36M17.index(end)], axis=-1)
+        if length.std() > _LIMB_SPREAD * length.mean():
+            raise InputError(
+                "wrong-content", f"the bone from {start} to {end} changes its length by more than 15 %."
+            )
+    sides = chirality(PoseSequence(joints, H36M17, Z_UP))
+    # Not the verdict: where the nose is made from left and right, it agrees with them whatever they are.
+    if sides.verdict == "legs against arms":
+        raise InputError(
+            "sides-swapped",
+            "left and right of the shoulders contradict those of the hips; check the joints' names.",
+        )
+    if sides.knee_votes >= _MIN_VOTES and sides.knees <= _BACKWARD:
+        raise InputError(
+            "sides-swapped",
+            f"left and right look exchanged, or the axes are left-handed: the knees bend forward in {sides.knees:.0%} "
+            f"of {sides.knee_votes} frames.",
+        )
 
 
 def resampled(clip: Clip, fps: float) -> Clip:
@@ -153,17 +283,26 @@ def resampled(clip: Clip, fps: float) -> Clip:
     return replace(clip, fps=fps, joints=joints.astype(np.float32))
 
 
-def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
-    if format != "auto" and format not in FORMATS:
-        raise InputError("name-unknown", f"There is no format '{format}'; {did_you_mean(format, FORMATS)}")
-    for names in _ORDER if format == "auto" else ((format,),):
-        found = {name: files for name in names if (files := FORMATS[name].files(folder))}
-        if len(found) > 1:
-            raise InputError(
-                "format-ambiguous", f"{folder} holds files of {' and '.join(found)}; say which with --format."
-            )
-        if found:
-            return next(iter(found.items()))
-    wanted = FORMATS if format == "auto" else (format,)
-    kinds = ", ".join(FORMATS[name].files_are for name in wanted)
-    raise InputError("nothing-usable", f"Expected motion capture ({kinds}) in {folder}, found none.")
+def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
+    """What read_mocap reads, rounded to 0.1 mm. InputError when the clips' frame rates differ or nothing can be
+    written there."""
+    if len({clip.fps for clip in clips}) != 1:
+        raise InputError("files-apart", "Expected clips of one frame rate to write into one file.")
+    world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
+    root = world[:, H36M17.index("pelvis")]
+    try:
+        write_arrays(
+            path,
+            joints=(world - root[:, None]).round(4).astype(np.float32),
+            root=root.round(4).astype(np.float32),
+            clip_start=np.cumsum([0, *map(len, clips)]),
+            clip_name=np.array([clip.name for clip in clips]),
+            subject=np.array([clip.subject for clip in clips]),
+            source=np.array([clip.source for clip in clips]),
+            fps=np.array(clips[0].fps),
+            joint_names=np.array(H36M17.joints),
+        )
+    except OSError as error:
+        raise InputError(
+            "cannot-write", f"Cannot write {path}: {error.strerror}; choose another -o FILE."
+        ) from None

@@ -22,8 +22,7 @@ from ....pipeline.files.atomic import refuse_unwritable, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.reading.mocap import Clip, read_mocap
 from .clips import PARTS, subject_of
-from .convert import read_folder
-from .files import How, write_mocap
+from .convert import How, read_folder, write_mocap
 
 SPLITS = Path(__file__).with_name("splits.json")
 _MADE = "data.json"  # digests of what was made

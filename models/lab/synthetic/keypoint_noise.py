@@ -26,7 +26,7 @@ from torch import Tensor
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import Array, dot, length, picked
-from ..common.toml_config import Share, Size
+from ..common.config import Share, Size
 from .bodies import vector
 from .draw import Draw
 

@@ -15,7 +15,7 @@ from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import across, length, picked, rotate, transpose, unit
-from ..common.toml_config import Share, Size
+from ..common.config import Share, Size
 from .bodies import BodyRange, combine, vary, vector
 from .draw import Draw
 

@@ -1,9 +1,9 @@
 """Trains the lifter:  pcnet3d lab train models/lab/training/lifter/lifter.toml -o DIR
 
-The whole of a training in one script, over the loop of common/training.py: windows of motion capture, in other poses,
-on another body, before a virtual camera and a detector, made in torch on the device that trains; the loss; how a lifter
+The whole of a training in one script, over the loop of training/loop.py: windows of motion capture, in other poses, on
+another body, before a virtual camera and a detector, made in torch on the device that trains; the loss; how a lifter
 does on whole takes of people whom it never saw; and the ONNX file. The config file says everything; DIR gets
-lifter.onnx, the config, and what training.py keeps there.
+lifter.onnx and what loop.py keeps there.
 """
 
 from __future__ import annotations
@@ -22,14 +22,11 @@ from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
-from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap import Clip
 from ....common.metrics import joint_error, procrustes_error, scaled
 from ....common.vectors import rotate, transpose, unit
 from ....lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
-from ...common.onnx_file import half_as_large, to_onnx
-from ...common.toml_config import Share, Size, read_toml
-from ...common.training import Training, begun, device_of, fingerprint, fit, load_weights
+from ...common.config import Share, Size
 from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
 from ...mocap.clips import data_set, lying, read_clips, read_parts
@@ -38,6 +35,8 @@ from ...synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ...synthetic.draw import Draw
 from ...synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise, Spoilt, detect
 from ...synthetic.poses import MotionRange, varied
+from ..loop import State, Training, device_of, fingerprint, fit, load_weights
+from ..onnx_file import write_onnx
 from .net import LifterNet, NetConfig
 
 _FPS = (20.0, 60.0)
@@ -275,37 +274,30 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
     "velocity" (B, T, 17, 3), any B and T. Matrices are kept in half precision. properties: kept in the file's metadata;
     the run time needs `reach`."""
-    batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
-    features = {"features": torch.zeros(2, 90, CHANNELS)}
-    model = to_onnx(net, features, ({0: batch, 1: frames},), ("joints", "sd", "velocity"), **properties)
-    model = half_as_large(model)
-    with whole_file(path) as partial:
-        partial.write_bytes(model.SerializeToString())
+    free = {0: torch.export.Dim("batch"), 1: torch.export.Dim("frames")}
+    inputs = {"features": torch.zeros(2, 90, CHANNELS)}
+    write_onnx(net, path, inputs, (free,), ("joints", "sd", "velocity"), properties, half=True)
 
 
 class Weights(BaseModel):
-    """Of the loss's parts beside the mean distance of joints in metres: the error of the joints' motion from frame to
-    frame (metres), of the stated velocities (metres a frame), and the negative log-likelihood of the stated deviations,
-    which teaches them and nothing else."""
+    """Of the loss's parts beside the mean distance of joints in metres."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    motion: NonNegativeFloat = 0.5
-    velocity: NonNegativeFloat = 0.5
+    motion: NonNegativeFloat = 0.5  # error of the joints' motion from frame to frame, metres
+    velocity: NonNegativeFloat = 0.5  # of the stated velocities, metres a frame
+    # Negative log-likelihood of the stated deviations, which teaches them and nothing else.
     deviation: NonNegativeFloat = 0.005
 
 
 class TrainConfig(Training):
-    """The whole of a training run.
-
-    start: best.pt of a run of the same `net`. The first `single` steps see single frames, as many different people and
-    views as there are frames, which teaches geometry several times faster; then windows, `lengths` long and how often
-    (the shares' sum does not matter), teach what time adds.
-    """
+    """The whole of a training run."""
 
     kind: str = "lifter"
     frames: PositiveInt  # of a batch, all windows together
+    # The first steps see single frames, as many different people and views as there are frames, which teaches geometry
+    # several times faster; then windows teach what time adds.
     single: NonNegativeInt = 0
-    lengths: dict[PositiveInt, NonNegativeFloat]
+    lengths: dict[PositiveInt, NonNegativeFloat]  # of windows, in frames: how often (the sum does not matter)
     net: NetConfig
     weights: Weights = Weights()
     material: Material
@@ -318,39 +310,33 @@ class TrainConfig(Training):
         return lengths
 
 
-def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
-    """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, or as of `fit`."""
-    config, on = read_toml(config_file, TrainConfig), device_of(device)
+def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
+    """Run a config, or what is left of it. InputError as of `fit`."""
+    on = device_of(device)
     torch.manual_seed(config.seed)
-    train, val = clips_of(config)
+    clips, val = clips_of(config)
     net = LifterNet(config.net)
     if config.start is not None:
-        net = load_weights(net, config.start).train()
+        net = load_weights(net, config.start)
     net = net.to(on)
-    parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
-    learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
-    text = config_file.read_text(encoding="utf-8")
-    state = begun(net, net.matrices(), config, text, learns_from, output)
+    parts = {"train": clips, **{f"val {name}": of for name, of in val.items()}}
+    learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, of in parts.items() for c in of)
+    state = State(net, net.matrices(), config, learns_from)
     if on.type == "cuda":  # one graph instead of thousands of small operations; on a CPU it gains nothing
         net.hidden = torch.compile(net.hidden, dynamic=False)  # type: ignore[method-assign]
-    windows = Windows(train, config.material, on)
+    windows = Windows(clips, config.material, on)
     takes = whole_takes([clip for part in val.values() for clip in part])
 
     def loss_of(step: int) -> Tensor:
-        draw = Draw(config.seed, step, on)
-        return loss_of_batch(net, windows.batch(draw, *_shape(config, step)), config)
+        batch = windows.batch(Draw(config.seed, step, on), *_shape(config, step))
+        tokens = net.tokens(batch.x)
+        with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
+            hidden = net.hidden(tokens)
+        return loss(net.answer(hidden, batch.x), batch, config.weights)
 
-    if fit(state, config, loss_of, lambda average: judged(average, takes, on), output, minutes):
-        best = load_weights(LifterNet(config.net), output / "best.pt")
-        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=config.trained_on)
-
-
-def loss_of_batch(net: LifterNet, batch: Batch, config: TrainConfig) -> Tensor:
-    """The loss of a network, whose inner layers compute in bfloat16 where the config says so."""
-    tokens = net.tokens(batch.x)
-    with torch.autocast(batch.x.device.type, torch.bfloat16, enabled=config.bf16):
-        hidden = net.hidden(tokens)
-    return loss(net.answer(hidden, batch.x), batch, config.weights)
+    fit(state, loss_of, lambda average: judged(average, takes, on), output)
+    best = load_weights(LifterNet(config.net), output / "best.pt")
+    export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=config.trained_on)
 
 
 def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) -> Tensor:
@@ -382,7 +368,7 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
     """Those to train on, and those to validate on by where they come from."""
     if config.data is not None and config.split is not None:
         parts = read_parts(config.data, config.split, ("train", "val"))
-        return parts.clips["train"], {"val": parts.clips["val"]}
+        return parts["train"], {"val": parts["val"]}
     val: dict[str, tuple[Clip, ...]] = {}
     for clip in read_clips("val"):
         val[data_set(clip)] = (*val.get(data_set(clip), ()), clip)

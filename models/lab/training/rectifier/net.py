@@ -69,10 +69,10 @@ class Answer(NamedTuple):
 class PCNet(nn.Module):
     """joints (B, 17, 3) in CAMERA axes, any unit and origin, zeros where missing; valid (B, 17), 1 or 0."""
 
-    def __init__(self, config: NetConfig) -> None:
+    def __init__(self, config: NetConfig, bf16: bool = False) -> None:
+        """bf16: in training the layers compute in bfloat16; the geometry stays in float32."""
         super().__init__()
-        self.config = config
-        self.bf16 = False  # training may set it; the geometry stays in float32
+        self.config, self.bf16 = config, bf16
         self.encoder = Branches(4 + 9 * config.align, config)
         self.norm = nn.LayerNorm(config.output)
         self.rotation = nn.Linear(config.output, 6)
@@ -96,7 +96,8 @@ class PCNet(nn.Module):
             camera = R_camera_from_torso.flatten(1)
         else:
             R_camera_from_torso = camera = None
-        with torch.autocast(joints.device.type, torch.bfloat16) if self.bf16 else nullcontext():
+        low = self.bf16 and self.training
+        with torch.autocast(joints.device.type, torch.bfloat16) if low else nullcontext():
             z, attention = self.encoder(_SPREAD * shape, valid, camera)
         z = self.norm(z.float())
         R = gram_schmidt(self.rotation(z))

@@ -1,47 +1,33 @@
 """Trains 3DPCNet:  pcnet3d lab train models/lab/training/rectifier/pcnet.toml -o DIR
 
-The whole of a training in one script, over the loop of common/training.py: bodies seen from somewhere, one frame at a
-time, made in torch on the device that trains; the paper's losses; validation; and the ONNX file, checked to answer as
-torch does. Frames have two sources: motion capture, in other poses, on other bodies, from a random view, with joints
-missing or turned over in depth; and lifted takes of the test bed. The config file says everything; DIR gets NAME.onnx,
-the config, and what training.py keeps there.
+The whole of a training in one script, over the loop of training/loop.py: bodies seen from somewhere, one frame at a
+time, made in torch on the device that trains; the paper's losses; validation; and the ONNX file. Frames have two
+sources: motion capture, in other poses, on other bodies, from a random view, with joints missing or turned over in
+depth; and lifted takes of the test bed. The config file says everything; DIR gets NAME.onnx and what loop.py keeps
+there.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import torch
-from pydantic import Field, PositiveInt
+from pydantic import Field, PositiveInt, model_validator
 from torch import Tensor, nn
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.core.rotations import geodesic_deg
-from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap import Clip
-from ....common.onnx import session_of
 from ....shipped import PCNET
-from ...common.onnx_file import stored_in, to_onnx
-from ...common.toml_config import Share, Size, read_toml
-from ...common.training import (
-    Training,
-    begun,
-    device_of,
-    fingerprint,
-    fit,
-    load_weights,
-    read_weights,
-    reading,
-)
-from ...mocap.clips import Parts, Subjects, lying, read_clips, read_parts
+from ...common.config import Share, Size
+from ...mocap.clips import Subjects, lying, read_clips, read_parts
 from ...synthetic.bodies import BodyRange, proportions, redefined
 from ...synthetic.draw import Draw
 from ...synthetic.poses import MotionRange, varied
@@ -56,6 +42,8 @@ from ...synthetic.views import (
     seen,
     views,
 )
+from ..loop import State, Training, device_of, fingerprint, fit, load_weights, read_weights, reading
+from ..onnx_file import read_onnx, write_onnx
 from .net import JOINTS, Answer, NetConfig, PCNet, gram_schmidt, rotate, skeleton_adjacency
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken
@@ -87,6 +75,11 @@ class Frames(NamedTuple):
     truth: Tensor
     R: Tensor
 
+    @property
+    def canonical(self) -> Tensor:
+        """(B, 17, 3) the truth in BODY."""
+        return rotate(self.R.mT, self.truth)
+
 
 class TrainingFrames:
     """Random frames of clips and of lifted takes; the same draw gives the same batch."""
@@ -99,17 +92,11 @@ class TrainingFrames:
         targets: Targets = "body",
         device: torch.device | str = "cpu",
     ) -> None:
-        """InputError when the mixture wants lifted frames and there are none, or turns bodies that targets "axes" take
-        as they were recorded."""
+        """InputError when the mixture wants lifted frames, or people who lie, and there are none."""
         if mixture.lifted and lifted is None:
             raise InputError(
                 "needs-input",
                 "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d lab testbed.",
-            )
-        if targets == "axes" and any((mixture.poses.turned, mixture.poses.leaning, mixture.poses.laid)):
-            raise InputError(
-                "option-conflict",
-                'Expected bodies as they were recorded for targets = "axes"; leave turned, leaning and laid out.',
             )
         self.device, self.mixture = torch.device(device), mixture
         self.targets: Targets = targets
@@ -251,32 +238,18 @@ class Weights:
     error: float = 0.1
 
 
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """joints: (B, 17, 3) CAMERA axes, without what spoilt the network's input, relative to the pelvis.
-    R: (B, 3, 3) R_camera_from_body. valid: (B, 17), 1 where the network was told the joint."""
-
-    joints: Tensor
-    R: Tensor
-    valid: Tensor
-
-    @property
-    def canonical(self) -> Tensor:
-        return rotate(self.R.mT, self.joints)
-
-
-def total(net: PCNet, answer: Answer, joints: Tensor, truth: Truth, weights: Weights) -> Tensor:
-    """The weighted sum of what follows; joints: the network's input, relative to the pelvis."""
-    there = truth.valid[..., None]
-    angle = geodesic(answer.R, truth.R)
+def total(net: PCNet, answer: Answer, frames: Frames, weights: Weights) -> Tensor:
+    """The weighted sum of what follows, of the network's answer to these frames."""
+    joints, there = frames.joints, frames.valid[..., None]
+    angle = geodesic(answer.R, frames.R)
     loss = weights.rotation * angle.mean() + weights.error * error_likelihood(answer.error_deg, angle)
     if weights.pose:
         # With the residual off no rotation can take an estimator's own error away: it is judged on what it was given.
-        target = truth.canonical if answer.residual is not None else rotate(truth.R.mT, joints)
+        target = frames.canonical if answer.residual is not None else rotate(frames.R.mT, joints)
         loss = loss + weights.pose * pose(answer.canonical * there, target * there)
     if answer.residual is not None:
         loss = loss + weights.cycle * cycle(answer.R, answer.canonical, joints * there)
-        loss = loss + weights.perceptual * perceptual(answer.canonical, truth.canonical, truth.valid)
+        loss = loss + weights.perceptual * perceptual(answer.canonical, frames.canonical, frames.valid)
     if weights.regular:
         loss = loss + weights.regular * regular(net, answer)
     return loss
@@ -350,9 +323,6 @@ def _angles(joints: Tensor, triples: Tensor) -> Tensor:
     return torch.atan2(sine, (a * b).sum(-1))
 
 
-_TOLERANCE = 1e-4
-
-
 class Deployed(nn.Module):
     """What the run time asks for: joints (B, 17, 3), valid (B, 17) -> R (B, 3, 3), error_deg (B,).
 
@@ -380,22 +350,12 @@ class Deployed(nn.Module):
 
 
 def export(deployed: Deployed, path: Path, **properties: object) -> None:
-    """Write "joints" (B, 17, 3) and "valid" (B, 17) -> "R" (B, 3, 3) and "error_deg" (B,), any B.
-
-    properties: kept in the file's metadata. InputError, and no file, when onnxruntime answers something else.
-    """
-    axes = {0: torch.export.Dim("batch")}
+    """Write "joints" (B, 17, 3) and "valid" (B, 17) -> "R" (B, 3, 3) and "error_deg" (B,), any B. properties: kept in
+    the file's metadata."""
+    free = {0: torch.export.Dim("batch")}
     inputs = {"joints": torch.randn(2, JOINTS, 3), "valid": torch.ones(2, JOINTS)}
-    stated = {"pcnet3d": "rectifier", **properties}
-    model = to_onnx(deployed.cpu(), inputs, (axes, axes), ("R", "error_deg"), **stated)
-    with whole_file(path) as partial:
-        partial.write_bytes(model.SerializeToString())
-        apart = parity(deployed, partial)
-        if not apart < _TOLERANCE:
-            raise InputError(
-                "wrong-network",
-                f"The exported network answers otherwise than torch, by {apart:.1e}; it was not written.",
-            )
+    said = {"pcnet3d": "rectifier", **properties}
+    write_onnx(deployed, path, inputs, (free, free), ("R", "error_deg"), said)
 
 
 def started(net: PCNet, path: Path) -> PCNet:
@@ -412,19 +372,17 @@ def started(net: PCNet, path: Path) -> PCNet:
 def _folded(path: Path) -> dict[str, Tensor]:
     """The weights by their names in PCNet. What no input changes the exporter works out ahead and forgets the names
     of: the joints' positions, the graph's adjacency, and the halves of a bias that keys and values share."""
-    stored = stored_in(path)
-    weights = {
-        name.removeprefix("net."): each for name, each in stored.tensors.items() if name.startswith("net.")
-    }
-    whole = {node.output[0]: node.input[0] for node in stored.nodes if node.op_type == "Slice"}
+    nodes, tensors = read_onnx(path)
+    weights = {name.removeprefix("net."): each for name, each in tensors.items() if name.startswith("net.")}
+    whole = {node.output[0]: node.input[0] for node in nodes if node.op_type == "Slice"}
     halves: dict[str, list[Tensor]] = {}
-    for node in stored.nodes:
+    for node in nodes:
         named = whole.get(node.input[1], "") if node.op_type == "Gemm" else ""
         if named.endswith("key_value.weight"):
             bias = named.removeprefix("net.").removesuffix("weight") + "bias"
-            halves.setdefault(bias, []).append(stored.tensors[node.input[2]])
+            halves.setdefault(bias, []).append(tensors[node.input[2]])
     weights |= {name: torch.cat(parts) for name, parts in halves.items()}
-    for tensor in stored.tensors.values():
+    for tensor in tensors.values():
         # Half is the skeleton's where alpha is 0.
         if tensor.is_floating_point() and tensor.shape == (JOINTS, JOINTS):
             weights["encoder.graph.learned"] = 2 * tensor - skeleton_adjacency()
@@ -434,21 +392,6 @@ def _folded(path: Path) -> dict[str, Tensor]:
     return weights
 
 
-def parity(deployed: Deployed, path: Path) -> float:
-    """Largest difference between torch and onnxruntime over a hundred random poses with missing joints; of the expected
-    error, that of its logarithm."""
-    rng = np.random.default_rng(0)
-    valid = (rng.uniform(size=(100, JOINTS)) < 0.9).astype(np.float32)
-    joints = rng.normal(0, 0.4, (100, JOINTS, 3)).astype(np.float32)
-    session = session_of(path.read_bytes())
-    R, error_deg = (
-        np.asarray(x) for x in session.run(["R", "error_deg"], {"joints": joints, "valid": valid})
-    )
-    with torch.no_grad():
-        expected = [x.numpy() for x in deployed(torch.from_numpy(joints), torch.from_numpy(valid))]
-    return float(max(np.abs(R - expected[0]).max(), np.abs(np.log(error_deg / expected[1])).max()))
-
-
 _VALIDATION_FRAMES = 2000
 _LYING_SHARE = 0.1  # of the score
 _VIEWS: tuple[View, ...] = ("paper", "wide")
@@ -456,84 +399,60 @@ _HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 
 
 class TrainConfig(Training):
-    """The whole of a training run.
-
-    name: of the network's file, and what results call it.
-    lifted: files of `pcnet3d lab testbed` with takes of train subjects, by whichever lifter (docs/training.md).
-    lifted_val: the same of val subjects, by a lifter that never saw them; with it, the best weights are the best on
-        these.
-    start: of the same network: best.pt or the .onnx file of an earlier run, or "pcnet", the shipped one.
-    symmetric: the shipped network's answer is averaged with that to the mirrored body.
-    targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
-    """
+    """The whole of a training run."""
 
     kind: str = "pcnet"
-    name: str = Field("pcnet", pattern=r"^[\w.-]+$")
+    name: str = Field("pcnet", pattern=r"^[\w.-]+$")  # of the network's file, and what results call it
+    # Files of `pcnet3d lab testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted: tuple[Path, ...] = ()
+    # The same of val subjects, by a lifter that never saw them; with it, the best weights are the best on these.
     lifted_val: tuple[Path, ...] = ()
+    # What the rotation leads to; "axes" is the paper's, for data whose people all face one way.
     targets: Targets = "body"
     batch: PositiveInt
-    symmetric: bool
+    symmetric: bool  # the network's answer is averaged with that to the mirrored body
     net: NetConfig
     weights: Weights
     mixture: Mixture
 
+    @model_validator(mode="after")
+    def _as_recorded(self) -> Self:
+        poses = self.mixture.poses
+        turned = self.lifted or self.lifted_val or poses.turned or poses.leaning or poses.laid
+        if self.targets == "axes" and turned:
+            raise InputError(
+                "option-conflict",
+                'expected bodies as they were recorded for targets = "axes"; leave lifted, lifted_val, turned, leaning '
+                "and laid out",
+            )
+        return self
 
-def train_pcnet(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
-    """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, train and held-out
-    subjects overlap, or as of `fit`."""
-    train(read_config(config_file), config_file.read_text(encoding="utf-8"), output, device, minutes)
 
-
-def train(
-    config: TrainConfig, text: str, output: Path, device: str = "cpu", minutes: float | None = None
-) -> None:
-    """Run a config, or the next piece of it; text: the file it comes from, kept in DIR."""
+def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
+    """Run a config, or what is left of it. InputError when train and held-out subjects overlap, or as of `fit`."""
     on = device_of(device)
     torch.manual_seed(config.seed)
     frames, checks, learns_from = prepare(config, on)
-    net = PCNet(config.net)
+    net = PCNet(config.net, config.bf16)
     if config.start is not None:
-        net = started(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start).train()
+        net = started(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start)
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
-    state = begun(net, matrices, config, text, learns_from, output)
-    net.bf16 = config.bf16  # and not what is judged, state.average
 
-    def loss_of(step: int) -> torch.Tensor:
-        joints, valid, truth, R = frames.batch(Draw(config.seed, step, on), config.batch)
-        return total(net, net(joints, valid), joints, Truth(truth, R, valid), config.weights)
+    def loss_of(step: int) -> Tensor:
+        batch = frames.batch(Draw(config.seed, step, on), config.batch)
+        return total(net, net(batch.joints, batch.valid), batch, config.weights)
 
-    def look(average: torch.nn.Module) -> dict[str, float]:
+    def look(average: nn.Module) -> dict[str, float]:
         assert isinstance(average, PCNet)
         return check(Deployed(average, config.symmetric), checks)
 
-    if fit(state, config, loss_of, look, output, minutes):
-        deployed = Deployed(best_of(config, output), config.symmetric).to(on)
-        calibrate(deployed, checks.get("lifted", checks["paper"]))
-        print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
-        said = {"trained_on": config.trained_on, "targets": config.targets}
-        export(deployed, output / f"{config.name}.onnx", **said, name=config.name)
-
-
-def step_s(config: TrainConfig, device: torch.device) -> float:
-    """How many seconds a step of such a training takes there, but for making its frames: the second of two."""
-    net, taken = PCNet(config.net).to(device), 0.0
-    joints = torch.randn(config.batch, JOINTS, 3, device=device)
-    valid = torch.ones(joints.shape[:2], device=device)
-    truth = Truth(joints, torch.eye(3, device=device).expand(config.batch, 3, 3), valid)
-    for _ in range(2):
-        start = time.perf_counter()
-        loss = total(net, net(joints, valid), joints, truth, config.weights)
-        loss.backward()
-        float(loss.detach())  # waits for a GPU
-        taken = time.perf_counter() - start
-    return taken
-
-
-def read_config(path: Path) -> TrainConfig:
-    """A training's TOML file. InputError for keys and values that it cannot have."""
-    return read_toml(path, TrainConfig)
+    fit(State(net, matrices, config, learns_from), loss_of, look, output)
+    deployed = Deployed(best_of(config, output), config.symmetric).to(on)
+    calibrate(deployed, checks.get("lifted", checks["paper"]))
+    print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
+    said = {"trained_on": config.trained_on, "targets": config.targets, "name": config.name}
+    export(deployed, output / f"{config.name}.onnx", **said)
 
 
 def best_of(config: TrainConfig, folder: Path) -> PCNet:
@@ -546,40 +465,27 @@ def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, 
     part are in another."""
     parts = parts_of(config)
     lifted = read_lifted(config.lifted) if config.lifted else None
-    if parts.by == "subject":
-        names = [clip.name for clip in parts.clips["train"]] + list(lifted.clips if lifted else ())
-        for part, clips in parts.clips.items():
-            if part != "train":
-                refuse_shared_subjects(names, [clip.name for clip in clips], f"the {part} subjects")
+    names = [clip.name for clip in parts["train"]] + list(lifted.clips if lifted else ())
+    for part, clips in parts.items():
+        if part != "train":
+            refuse_shared_subjects(names, [clip.name for clip in clips], f"the {part} subjects")
     lifted_val = read_lifted(config.lifted_val) if config.lifted_val else None
     if lifted_val:
-        everybody = parts.clips["train"] if config.data else read_clips("train")
-        refuse_shared_subjects(lifted_val.clips, [clip.name for clip in everybody], "the validation's")
-    frames = TrainingFrames(parts.clips["train"], config.mixture, lifted, config.targets, device)
-    checks = validation(parts.clips["val"], lifted_val, config.targets)
-    held = [(f"{part} {c.name}", c.joints) for part in ("train", "val") for c in parts.clips[part]]
+        refuse_shared_subjects(lifted_val.clips, [clip.name for clip in parts["train"]], "the validation's")
+    frames = TrainingFrames(parts["train"], config.mixture, lifted, config.targets, device)
+    checks = validation(parts["val"], lifted_val, config.targets)
+    held = [(f"{part} {clip.name}", clip.joints) for part in ("train", "val") for clip in parts[part]]
     for name, takes in (("lifted", lifted), ("lifted_val", lifted_val)):
         held += [(name, array) for array in (takes.joints, takes.R)] if takes else []
     on = {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
     return frames, on, fingerprint(held)
 
 
-def parts_of(config: TrainConfig) -> Parts:
-    """The clips to train on and those held out. InputError when the config's keys contradict each other."""
-    if config.targets == "axes" and (config.lifted or config.lifted_val):
-        raise InputError(
-            "option-conflict",
-            'Lifted takes know the target "body" only; leave them out, or set targets = "body".',
-        )
-    if config.data is None or config.split is None:
-        held_out = {str(part): read_clips(part) for part in _HELD_OUT}
-        return Parts({"train": read_clips(config.subjects), **held_out}, "subject")
-    parts = read_parts(config.data, config.split)
-    if parts.by == "clip" and (config.lifted or config.lifted_val):
-        raise InputError(
-            "bad-value", "With `data`, expected lifted takes only where the split lists subjects."
-        )
-    return parts
+def parts_of(config: TrainConfig) -> dict[str, tuple[Clip, ...]]:
+    """The clips to train on ("train") and those held out, by part."""
+    if config.data is not None and config.split is not None:
+        return read_parts(config.data, config.split)
+    return {"train": read_clips(config.subjects)} | {str(part): read_clips(part) for part in _HELD_OUT}
 
 
 def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:

@@ -6,17 +6,18 @@ from scipy.spatial.transform import Rotation
 
 from golden.acclaim import CMU, TWO, amc, asf
 from golden.skeleton import SKELETON, bent, bvh
-from pcnet3d.models.lab.mocap import asfamc as mocap_asfamc
-from pcnet3d.models.lab.mocap.files import How, bvh_clip
+from pcnet3d.models.lab.mocap import asfamc
+from pcnet3d.models.lab.mocap.convert import How, read_folder
 from pcnet3d.pipeline import InputError
+from refusals import refused
 
 
-def two(axis="0 0 0", dof="rx", length=0.45, angle="deg"):
-    return mocap_asfamc.parse_asf(TWO.format(axis=axis, dof=dof, length=length, angle=angle))
+def two(axis="0 0 0", dof="rx", length=0.45):
+    return asfamc.parse_asf(TWO.format(axis=axis, dof=dof, length=length, angle="deg"))
 
 
 def pose(acclaim, text):
-    return mocap_asfamc.pose(acclaim, *mocap_asfamc.parse_amc(":DEGREES\n" + text, acclaim))
+    return asfamc.pose(acclaim, asfamc.parse_amc(":DEGREES\n" + text, acclaim))
 
 
 @pytest.mark.parametrize(
@@ -50,15 +51,10 @@ def test_the_root_moves_and_turns_about_fixed_axes():
 def test_units():
     assert two(length=0.45).metres == pytest.approx(0.056444, abs=1e-6)
     assert two(length=1.0).metres == pytest.approx(0.0254)
-    assert (
-        mocap_asfamc.parse_asf(TWO.format(axis="0 0 0", dof="rx", length=0.45, angle="deg"), 0.01).metres
-        == 0.01
-    )
-    quarter = np.pi / 2
-    radians = two(dof="rx", angle="rad", axis=f"0 0 {quarter}")
-    motion = mocap_asfamc.parse_amc(f"1\nroot 0 0 0 0 0 0\none {quarter}\n", radians)
-    assert not motion[1]
-    np.testing.assert_allclose(mocap_asfamc.pose(radians, *motion)[0][0, 2], [0, 0.112889, 0], atol=1e-6)
+    text = TWO.format(axis="0 0 0", dof="rx", length=0.45, angle="deg")
+    assert asfamc.parse_asf(text, 0.01).metres == 0.01
+    with refused("wrong-content"):
+        asfamc.parse_asf(text.replace("deg", "rad"))
 
 
 def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
@@ -80,28 +76,26 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     (tmp_path / "07.asf").write_text(asf(axes))
     (tmp_path / "07_01.amc").write_text(amc(frames))
     (tmp_path / "07_01.bvh").write_text(bvh(turned))
-    one = mocap_asfamc.read(tmp_path / "07_01.amc", tmp_path, How())
-    other = bvh_clip(tmp_path / "07_01.bvh", tmp_path, How())
-    assert (one.clip.name, one.clip.subject, one.clip.source, one.clip.fps) == ("07_01", "07", "asfamc", 120)
-    np.testing.assert_allclose(one.clip.joints, other.clip.joints, atol=2e-5)
+    (one,), (other,) = (read_folder(tmp_path, format, How(fps=30))[0] for format in ("asfamc", "bvh"))
+    assert (one.name, one.subject, one.source, len(one)) == ("07_01", "07", "asfamc", 20)
+    np.testing.assert_allclose(one.joints, other.joints, atol=2e-5)
     assert np.abs(angles).max() > 5
 
 
 def test_the_subject_is_the_skeleton(acclaim):
-    clip = mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How()).clip
-    assert (clip.subject, clip.name) == ("HDM-tr", "HDM-tr_kick_1")
-    assert mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How(fps=60)).clip.fps == 60
-    assert (
-        mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How(subject=r"HDM_([a-z]+)")).clip.subject
-        == "tr"
-    )
+    def read(**how):
+        return next(clip for clip in read_folder(acclaim, "asfamc", How(**how))[0] if "kick_1" in clip.name)
+
+    assert (read().subject, read().name) == ("HDM-tr", "HDM-tr_kick_1")
+    assert len(read(fps=30)) == 4 * len(read())  # it is 120, as CMU and HDM05 have it
+    assert read(subject=r"HDM_([a-z]+)").subject == "tr"
 
 
 def test_a_motion_without_its_skeleton_is_refused(acclaim):
     (acclaim / "HDM_bd.asf").write_text("")
     (acclaim / "XY_1.amc").write_text((acclaim / "HDM_tr_kick_1.amc").read_text())
     with pytest.raises(InputError, match=r"\.asf"):
-        mocap_asfamc.read(acclaim / "XY_1.amc", acclaim, How())
+        asfamc.read(acclaim / "XY_1.amc")
 
 
 @pytest.mark.parametrize(
@@ -122,4 +116,4 @@ def test_a_motion_without_its_skeleton_is_refused(acclaim):
 def test_a_damaged_file_is_refused(acclaim, file, change, words):
     (acclaim / file).write_text(change((acclaim / file).read_text()))
     with pytest.raises(InputError, match=words):
-        mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How())
+        asfamc.read(acclaim / "HDM_tr_kick_1.amc")

@@ -1,63 +1,15 @@
-"""MM-Fi: the toolbox's protocols, axes and joint order of small trees, and trees that contradict them."""
+"""MM-Fi: axes and joint order of small trees, trees that contradict them, and the paper's table end to end."""
+
+import json
+from importlib.resources import files
 
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.mocap import mmfi as mocap_mmfi
-from pcnet3d.models.lab.mocap.convert import read_folder
-from pcnet3d.models.lab.mocap.mmfi import protocol
+from pcnet3d.models.lab.mocap.convert import How, read_folder
 from pcnet3d.pipeline import H36M17, InputError
-from refusals import refused
 
-EVERYBODY = {f"S{i:02d}" for i in range(1, 41)}
-
-
-def people(part):
-    return {subject for subject, _ in part}
-
-
-@pytest.mark.parametrize(
-    ("name", "tested"),
-    [("S2", {f"S{i:02d}" for i in range(5, 41, 5)}), ("S3", {f"S{i}" for i in range(31, 41)})],
-)
-def test_across_subjects_and_across_environments(name, tested):
-    split = protocol(name)
-    assert people(split.test) == tested
-    assert people(split.train) == EVERYBODY - tested
-    assert (len(split.train), len(split.test)) == ((40 - len(tested)) * 27, len(tested) * 27)
-
-
-def test_random_as_the_toolbox_draws_it():
-    """Its own way: numpy's global generator, seeded anew for every action, counting from 0."""
-    subjects = sorted(EVERYBODY)
-    split = protocol("S1")
-    state = np.random.get_state()
-    for seed, action in enumerate(f"A{i:02d}" for i in range(1, 28)):
-        np.random.seed(seed)
-        order = np.random.permutation(40)
-        expected = {subjects[i] for i in order[:32]}
-        assert {s for s, a in split.train if a == action} == expected
-        assert {s for s, a in split.test if a == action} == EVERYBODY - expected
-    np.random.set_state(state)
-    assert people(split.train) == people(split.test) == EVERYBODY
-
-
-def test_activities():
-    daily, rehabilitation = (protocol("S2", activities) for activities in ("P1", "P2"))
-    actions = [{action for _, action in split.train} for split in (daily, rehabilitation)]
-    assert [len(a) for a in actions] == [14, 13]
-    assert not actions[0] & actions[1]
-    assert {"A02", "A13", "A27"} <= actions[0]
-    assert {"A01", "A12", "A26"} <= actions[1]
-    # The seeds of the random split count the actions that are used: A03 is the second of the daily ones.
-    order = np.random.RandomState(1).permutation(40)
-    assert {s for s, a in protocol("S1", "P1").test if a == "A03"} == {f"S{i + 1:02d}" for i in order[32:]}
-
-
-@pytest.mark.parametrize("name", ["S4", "P1"])
-def test_unknown_protocols_are_refused(name):
-    with refused("bad-value"):
-        protocol(name)
+PEOPLE = ("S01", "S02", "S03", "S05", "S31")
 
 
 def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
@@ -84,7 +36,6 @@ def test_the_whole_tree_is_read_from_above_too(mmfi_tree):
     [
         (lambda j: j * [-1, 1, 1], "contradict"),  # a mirrored body
         (lambda j: j[:, H36M17.mirror], "contradict"),  # left and right exchanged, coordinates right
-        (lambda j: j[:, H36M17.mirror] * [-1, 1, 1], "in 0 of 4 clips"),  # both: only the hands tell
         (lambda j: j * [-1, 1, -1] + [0, 0, 6], "0 % face it"),  # turned about the vertical
         (lambda j: j * [-1, -1, 1], "0 % of the frames are upright"),  # a camera upside down
         (lambda j: 1000 * j, "metres"),
@@ -100,14 +51,59 @@ def test_a_tree_that_contradicts_is_refused(mmfi_tree, change, words):
         read_folder(tree)
 
 
-def test_folders_that_mm_fi_does_not_have(mmfi_tree):
+def test_what_mm_fi_does_not_have_and_options_that_contradict_what_is_known(mmfi_tree):
     tree = mmfi_tree({"S01": ["A01"]})
+    with pytest.raises(InputError, match="are known"):
+        read_folder(tree, "auto", How(unit="mm"))
     (tree / "E01").rename(tree / "E02")
     with pytest.raises(InputError, match="MM-Fi has no E02/S01/A01"):
         read_folder(tree)
 
 
-def test_options_that_contradict_what_is_known(mmfi_tree):
-    tree = mmfi_tree({"S01": ["A01"]})
-    with pytest.raises(InputError, match="are known"):
-        read_folder(tree, "auto", mocap_mmfi.How(unit="mm"))
+@pytest.fixture
+def commands(mmfi_tree):
+    """The module of the command, and a tree of five people."""
+    pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+    pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+    from pcnet3d.models.lab import mmfi
+
+    return mmfi, mmfi_tree({subject: ["A01", "A13", "A14"] for subject in PEOPLE})
+
+
+@pytest.mark.parametrize(("name", "test"), [("S2", "S05"), ("S3", "S31")])
+def test_the_protocols_people(commands, name, test):
+    module, tree = commands
+    split = module.split_of(read_folder(tree)[0], name)
+    assert (split["test"], split["val"]) == ([test], ["S01"])
+    assert set(split["train"]) == set(PEOPLE) - {test, "S01"}
+
+
+def test_across_subjects_is_every_fifth_and_across_environments_the_last_ten(commands):
+    protocols = commands[0].PROTOCOLS
+    assert protocols["S2"] == {f"S{i:02d}" for i in range(5, 41, 5)}
+    assert protocols["S3"] == {f"S{i}" for i in range(31, 41)}
+
+
+def test_the_table(commands, tmp_path, capsys):
+    module, tree = commands
+    text = files("pcnet3d.models.lab.training.rectifier").joinpath("mmfi.toml").read_text(encoding="utf-8")
+    small = text.replace("batch = 1024", "batch = 32").replace(
+        "[net]", "[net]\nheads = 2\nwidth = 16\noutput = 8\n#"
+    )
+    (tmp_path / "tiny.toml").write_text(small, encoding="utf-8")
+    out = tmp_path / "out"
+    module.mmfi(tree, out, steps=3, config=tmp_path / "tiny.toml", device="cpu", threads=1)
+    assert (out / "mmfi.md").read_text() in capsys.readouterr().out
+    tested = json.loads((out / "mmfi.json").read_text())["rows"]
+    assert list(tested) == ["S2", "S3"]
+    assert all(set(of) == {"geometric", "pcnet"} for of in tested.values())
+    for row in (row for of in tested.values() for row in of.values()):
+        assert row["frames"] == 3 * 40
+        for name in ("rotation", "mpjpe", "unscaled", "pa_mpjpe", "turned only", "frobenius"):
+            assert np.isfinite(list(row[name].values())).all(), name
+    assert tested["S2"]["geometric"]["pa_mpjpe"]["p95"] < 0.1
+    assert tested["S2"]["geometric"]["rotation"]["mean"] < 15
+    for trained in ("S2", "S3"):
+        assert (out / trained / "pcnet.onnx").is_file()
+        kept = json.loads((out / trained / "config.json").read_text())
+        assert (kept["targets"], kept["schedule"]["steps"]) == ("axes", 3)

@@ -6,9 +6,16 @@ import pytest
 from golden.bodies import bone_lengths
 from golden.takes import write_lifted
 from pcnet3d.models.common.canonical import body_axes
-from pcnet3d.models.lab.synthetic.views import paper_angles, read_lifted, refuse_shared_subjects, seen, views
+from pcnet3d.models.lab.synthetic.views import (
+    paper_angles,
+    read_lifted,
+    read_testbed,
+    refuse_shared_subjects,
+    seen,
+    views,
+)
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.rotations import angle_deg
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
 
 
 def test_the_published_mixture():
@@ -66,11 +73,60 @@ def test_the_joints_seen_have_the_rotation_asked_for(standing, view):
     np.testing.assert_allclose(bone_lengths(joints), bone_lengths(standing[None]).repeat(50, 0), atol=1e-9)
 
 
+def test_axes_are_the_views_own_rotation(standing):
+    """With targets "axes" R takes the world's axes to the camera's, whatever the person does there."""
+    world = np.tile(standing, (20, 1, 1))
+    R = views("wide", np.random.default_rng(0), 20)
+    joints, _ = seen(world, R, "axes")
+    np.testing.assert_allclose(rotate(transpose(R), joints), world - world[:, :1], atol=1e-6)
+    turned = world[..., [1, 0, 2]] * np.array([-1, 1, 1])  # the person faces another way
+    np.testing.assert_allclose(seen(turned, R, "body")[0], seen(world, R, "body")[0], atol=1e-6)
+    assert np.abs(seen(turned, R, "axes")[0] - joints).max() > 0.1
+
+
 def test_lifted_frames_come_with_their_truth_at_their_scale(standing, tmp_path):
     takes = read_lifted([write_lifted(tmp_path / "takes.npz", standing)])
     assert len(takes.joints) == 59  # one was not lifted
     np.testing.assert_allclose(takes.truth, takes.joints, atol=1e-5)
     assert takes.clips == ("01_01", "02_01")
+
+
+HELD = {
+    "lifted": np.zeros((5, 17, 3)), "truth": np.zeros((5, 17, 3)), "R_camera_from_body": np.zeros((5, 3, 3)),
+    "lying": np.zeros(5, bool), "spread": np.zeros(5), "take_start": [0, 2, 5], "clip": ["01_01", "02_01"],
+}  # fmt: skip
+
+
+def test_a_file_of_takes_is_read_as_it_was_written(tmp_path):
+    np.savez(tmp_path / "takes.npz", **HELD)
+    held = read_testbed(tmp_path / "takes.npz", *(name for name in HELD if name != "take_start"))
+    for name, array in HELD.items():
+        np.testing.assert_array_equal(held[name], array)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"lifted": np.zeros((5, 17, 2))}, r"lifted of shape \(5, 17, 3\)"),
+        ({"lying": np.array(["no"] * 5)}, "lying"),
+        ({"clip": ["01_01"]}, "clip"),
+        ({"take_start": [0, 3, 2, 5]}, "go up from 0"),
+        ({"take_start": [1, 5]}, "go up from 0"),
+        ({"take_start": np.zeros(0)}, "go up from 0"),
+    ],
+)
+def test_a_file_of_takes_of_other_shapes_is_refused(tmp_path, wrong, words):
+    np.savez(tmp_path / "takes.npz", **HELD | wrong)
+    with pytest.raises(InputError, match=words):
+        read_testbed(tmp_path / "takes.npz", *(name for name in HELD if name != "take_start"))
+
+
+@pytest.mark.parametrize("content", [None, b"", b"nothing"])
+def test_what_is_no_file_of_takes_is_refused(tmp_path, content):
+    if content is not None:
+        (tmp_path / "takes.npz").write_bytes(content)
+    with pytest.raises(InputError, match="file of pcnet3d lab testbed"):
+        read_testbed(tmp_path / "takes.npz", "lifted")
 
 
 def test_a_subject_on_both_sides_is_refused():

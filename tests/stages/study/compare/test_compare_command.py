@@ -12,7 +12,7 @@ import pytest
 import commands
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.models.lab.mocap.files import write_mocap
+from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.reading.mocap import Clip, read_mocap

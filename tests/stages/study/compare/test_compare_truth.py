@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.worlds import freemocap_rtmpose, trc, y_up
-from pcnet3d.models.lab.mocap.files import write_mocap
+from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.reading.mocap import Clip
 from pcnet3d.stages.study.compare.truth import read_truth

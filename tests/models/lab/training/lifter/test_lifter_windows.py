@@ -134,21 +134,12 @@ def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camer
     assert float(lying(drawn[:, 0]).mean()) == pytest.approx(share + (1 - share) / 4, abs=0.08)
 
 
-def test_a_material_that_wants_people_who_lie_is_refused_without_any(clips, facing_camera):
-    upright = standing_still(clips, facing_camera)
-    with pytest.raises(InputError, match="clips in which somebody lies"):
-        Windows(upright, Material(lying=0.1))
-
-
-def test_windows_longer_than_every_clip_are_refused(clips):
-    with pytest.raises(InputError, match="151 frames"):
-        batch(clips, STILL, 2, 151)
-
-
-def test_clips_of_another_rate_are_refused(clips):
+def test_clips_that_cannot_be_learned_from_are_refused(clips, facing_camera):
     odd = Clip("07_01", "07", "asfamc", 60.0, clips[0].joints)
     with pytest.raises(InputError, match="30 frames per second to train on, got 60"):
         Windows([*clips, odd], STILL)
+    with pytest.raises(InputError, match="clips in which somebody lies"):
+        Windows(standing_still(clips, facing_camera), Material(lying=0.1))
 
 
 def test_training_and_run_time_make_the_same_features(rng):

@@ -88,14 +88,6 @@ def test_an_aligned_torso_turns_with_the_body(poses):
         np.testing.assert_allclose(turned, expected, atol=1e-4)
 
 
-def test_gram_schmidt_keeps_what_is_a_rotation_already():
-    from scipy.spatial.transform import Rotation
-
-    R = torch.tensor(Rotation.random(50, rng=np.random.default_rng(0)).as_matrix())
-    six = torch.cat([3 * R[:, :, 0], R[:, :, 1] + 0.7 * R[:, :, 0]], dim=-1)
-    np.testing.assert_allclose(net_module.gram_schmidt(six), R, atol=1e-12)
-
-
 def test_body_size_is_the_stature_that_bones_speak_of(poses):
     from pcnet3d.pipeline.core.anthropometry import SEGMENTS
 

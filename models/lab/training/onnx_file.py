@@ -5,29 +5,29 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
 from ....pipeline.core.extras import needed_for
-from .training import reading
+from ....pipeline.files.atomic import whole_file
+from .loop import reading
 
 
-class Stored(NamedTuple):
-    """nodes: of the graph, in the order in which they compute. tensors: by their names. said: the metadata."""
-
-    nodes: Sequence[Any]
-    tensors: dict[str, Tensor]
-    said: dict[str, str]
-
-
-def to_onnx(
-    net: nn.Module, inputs: Mapping[str, Tensor], free: Sequence[Any], outputs: Sequence[str], **said: object
-) -> Any:
-    """An onnx.ModelProto. inputs: examples by name, in the order that the network takes them. free: for each input,
-    {axis: torch.export.Dim} of those that may have any size. outputs: names. said: kept in the file's metadata."""
+def write_onnx(
+    net: nn.Module,
+    path: Path,
+    inputs: Mapping[str, Tensor],
+    free: Sequence[Any],
+    outputs: Sequence[str],
+    said: Mapping[str, object],
+    half: bool = False,
+) -> None:
+    """inputs: examples by name, in the order that the network takes them. free: for each input, {axis:
+    torch.export.Dim} of those that may have any size. outputs: names. said: kept in the file's metadata. half: matrices
+    are kept in half precision; the file computes with them in float32."""
     with needed_for("The network is trained; writing it as ONNX"):
         import onnx
         import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
@@ -35,7 +35,7 @@ def to_onnx(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of torch's exporter, about torch's own code
         program = torch.onnx.export(
-            net.eval(),
+            net.cpu().eval(),
             tuple(inputs.values()),
             input_names=list(inputs),
             output_names=list(outputs),
@@ -49,11 +49,14 @@ def to_onnx(
     for node in model.graph.node:
         del node.metadata_props[:]  # its place in the source files, by their paths on this machine
     onnx.helper.set_model_props(model, {key: str(value) for key, value in said.items()})
-    return model
+    if half:
+        _halve(model)
+    with whole_file(path) as partial:
+        partial.write_bytes(model.SerializeToString())
 
 
-def half_as_large(model: Any) -> Any:
-    """An onnx.ModelProto whose matrices are kept in half precision; it computes with them in float32 as before."""
+def _halve(model: Any) -> None:
+    """The matrices of an onnx.ModelProto in half precision, which it makes float32 when it is opened."""
     from onnx import TensorProto, helper, numpy_helper
 
     casts = []
@@ -66,24 +69,18 @@ def half_as_large(model: Any) -> Any:
     nodes = [*casts, *model.graph.node]
     del model.graph.node[:]
     model.graph.node.extend(nodes)
-    return model
 
 
-def stored_in(path: Path) -> Stored:
-    """What a network's ONNX file holds; float32 where `half_as_large` kept less. InputError when it cannot be read."""
+def read_onnx(path: Path) -> tuple[Sequence[Any], dict[str, Tensor]]:
+    """The nodes of a network's file, in the order in which they compute, and its tensors by their names. InputError
+    when it cannot be read."""
     with needed_for("Reading weights out of an ONNX file"):
         import onnx
         from onnx import numpy_helper
 
     with reading(path, "a network"):
-        model = onnx.load(str(path), load_external_data=False)
+        graph = onnx.load(str(path), load_external_data=False).graph
         tensors = {
-            each.name: torch.from_numpy(numpy_helper.to_array(each).copy())
-            for each in model.graph.initializer
+            each.name: torch.from_numpy(numpy_helper.to_array(each).copy()) for each in graph.initializer
         }
-        for node in model.graph.node:
-            if node.op_type == "Cast" and node.input[0] in tensors:
-                tensors[node.output[0]] = tensors[node.input[0]].float()
-        return Stored(
-            tuple(model.graph.node), tensors, {each.key: each.value for each in model.metadata_props}
-        )
+        return tuple(graph.node), tensors
