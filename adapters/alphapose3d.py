@@ -1,4 +1,4 @@
-"""3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's (formats.md section 15).
+"""3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's.
 
 Beside the keypoints that adapter json2d reads, each entry of the list has 24 joints in SMPL's order: camera axes about
 SMPL's pelvis, in units of the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and

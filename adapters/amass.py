@@ -1,5 +1,5 @@
 """Joints of a body model in an .npz beside AMASS's own arrays: `joints` (T, J, 3) and a frame rate (formats.md
-section 7).
+section 6).
 
 Metres and z up, as AMASS has it. J is 22 and more in SMPL's order, 17 (H36M17), or named by an array `joint_names`.
 AMASS's own files hold the model's parameters: joints come out of them only with the body model, whose licence is its

@@ -1,4 +1,4 @@
-"""BVH: an animated skeleton with names, as motion capture programs export it (formats.md section 7).
+"""BVH: an animated skeleton with names, as motion capture programs export it (formats.md section 6).
 
 Y up unless the option `up` says z. The unit is not in the file: it is the one in which the legs are an adult's, and
 metres of a child in our own files. Where they are no joints, nose and top of the head are points of the head's own

@@ -1,4 +1,4 @@
-"""C3D files whose points are joint centres; formats.md section 7.
+"""C3D files whose points are joint centres; formats.md section 6.
 
 Units and rate are in POINT UNITS and POINT RATE, a negative residual marks a missing point. The axes are the
 laboratory's: +z is taken for up unless POINT Y_SCREEN says +Y or the option `up` does. Which video frame a row is

@@ -1,4 +1,4 @@
-"""Exports of DDHPose, and of D3DP and MixSTE, which save alike: clips of 243 frames (formats.md 2.3 to 2.5).
+"""Exports of DDHPose, and of D3DP and MixSTE, which save alike: clips of 243 frames (formats.md 2).
 
     (frames, 17, 3)                          put together by the exporting script
     (clips, 243, 17, 3)                      clips as the network gave them

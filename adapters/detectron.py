@@ -1,4 +1,4 @@
-"""Detections that VideoPose3D's scripts write, one `<video>.npz` a video (formats.md 2.2).
+"""Detections that VideoPose3D's scripts write, one `<video>.npz` a video.
 
 Arrays of Python objects, read without unpickling: `boxes` and `keypoints` hold [[], array] a frame, the array being
 (people, 5) x1, y1, x2, y2, score and (people, 4, 17) rows x, y, logit, probability in COCO's order, or an empty list

@@ -1,5 +1,5 @@
 """FreeMoCap's bodies: `mediapipe_body_3d_xyz.npy`, `mediaPipeSkel_3d_body_hands_face.npy`, and of version 2
-`rtmpose_body_3d_xyz.npy` and the tables beside them (formats.md sections 7 and 15).
+`rtmpose_body_3d_xyz.npy` and the tables beside them.
 
 (frames, 33, 3) in MediaPipe's order, or with hands and face (frames, 553, 3), of which the first 33 are the body;
 (frames, 23, 3) of RTMPose, body and feet of COCO-WholeBody. A table has a row a point (frame, keypoint, x, y, z) of the

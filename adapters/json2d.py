@@ -1,4 +1,4 @@
-"""2D keypoints in JSON of whoever wrote it: frames of people, each with keypoints in a known form (formats.md 3, 6).
+"""2D keypoints in JSON of whoever wrote it: frames of people, each with keypoints in a known form (formats.md 5).
 
 A list of detections (AlphaPose, COCO's results), of {frame, people: [...]} (MMPose's inferencer) or of lists of people
 (Ultralytics' to_json), an object with such a list (MMPose's demos, COCO's annotations) or of images by their names

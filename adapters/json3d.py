@@ -1,5 +1,5 @@
 """3D joints in JSON of frames and people: EasyMocap's folders of keypoints3d, Azure Kinect's bodies, ZED's bodies, and
-OpenPose's 3D reconstruction (--3d --write_json, formats.md 6).
+OpenPose's 3D reconstruction (--3d --write_json, formats.md 5).
 
 Their order is told by their number: OpenPose's 18 and 25, Azure Kinect's 32, ZED's 34 and 38; BODY_25 and BODY_25B are
 told apart by the bones of all bodies. A fourth number of a joint is its score; a joint at 0, 0, 0 was not found.

@@ -1,4 +1,4 @@
-"""The 70 keypoints of Meta's Momentum Human Rig out of SAM 3D Body and InstantHMR (formats.md section 15).
+"""The 70 keypoints of Meta's Momentum Human Rig out of SAM 3D Body and InstantHMR (formats.md section 6).
 
 Neither program has a file of its own: SAM 3D Body's process_one_image returns a list with a dict for each person of an
 image, and people save these dicts, or stack their arrays. Read are an .npz of stacked arrays, (frames, 70, 3) or

@@ -1,9 +1,10 @@
-"""MotionBERT's X3D.npy, as `infer_wild.py` writes it (formats.md 2.1).
+"""MotionBERT's X3D.npy, as `infer_wild.py` writes it (formats.md 2).
 
 (T, 17, 3) in camera axes. Two things set it apart from other arrays of that shape, both from the script:
 without `rootrel` (its default configuration) the pelvis moves and its depth is exactly 0 in a clip's first
 frame; with `rootrel` the pelvis is exactly 0 throughout. A root of exact zeros is also what DDHPose and VideoPose3D
 save, whose metres cannot be told from MotionBERT's units by size: such a file fits three adapters and has to be named.
+A row is a detection of AlphaPose's list: without `--focus` those of several people follow each other as if of one.
 """
 
 from __future__ import annotations

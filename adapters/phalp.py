@@ -1,4 +1,4 @@
-"""4D-Humans' and PHALP's tracks, `outputs/results/<video>.pkl` (formats.md section 7).
+"""4D-Humans' and PHALP's tracks, `outputs/results/<video>.pkl`.
 
 A dict of frames, each of lists with an entry a person: `tid`, `3d_joints` (45, 3), `tracked_time`. The first 25 joints
 are OpenPose's BODY_25 taken from SMPL's mesh, then come 19 of another regressor and a zero (PHALP

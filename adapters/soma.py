@@ -1,5 +1,5 @@
 """Joints of NVIDIA's SOMA body in an .npz: `posed_joints` (frames, 77, 3) of Kimodo's format, or
-(frames, 30, 3) of its first examples (formats.md section 15).
+(frames, 30, 3) of its first examples (formats.md section 6).
 
 Metres in a world with gravity, y up. GEM-X saves the parameters of SOMA alone; its demo_soma_fbx.py writes a BVH of
 them, which adapter bvh reads, and its motions come in Kimodo's format by whatever converts them. Eyes, jaw and head end

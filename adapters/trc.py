@@ -1,4 +1,4 @@
-"""TRC files of joint centres: OpenSim's, and those of Pose2Sim (formats.md section 7).
+"""TRC files of joint centres: OpenSim's, and those of Pose2Sim (formats.md section 6).
 
 Five header lines (PathFileType; names, values; markers; X1 Y1 Z1 ...), then Frame#, Time and three numbers a marker,
 separated by tabs. +y is up: Pose2Sim turns its world so, OpenSim's models stand so. Sports2D writes the same form from

@@ -1,4 +1,4 @@
-"""The folder of texts that Ultralytics' save_txt fills (formats.md 6); its JSON is read by adapter json2d.
+"""The folder of texts that Ultralytics' save_txt fills (formats.md 5); its JSON is read by adapter json2d.
 
 A folder holds `<video>_<frame>.txt`, frames from 1, a line a person: class, box (4), then x, y and score of each joint
 of COCO-17, and maybe the track; shares of the image's width and height, so that the size has to be known. Joints hardly

@@ -1,4 +1,4 @@
-"""VideoPose3D's 2D sets: `data_2d_custom_<name>.npz` and `data_2d_h36m_<detector>.npz` (formats.md 2.2).
+"""VideoPose3D's 2D sets: `data_2d_custom_<name>.npz` and `data_2d_h36m_<detector>.npz`.
 
 Python objects, read without unpickling: `positions_2d` is {video: {"custom": [(frames, 17, 2) pixels]}}, for Human3.6M
 {subject: {action: [an array a camera]}}; `metadata` has layout_name "coco" or "h36m" (data/prepare_data_2d_custom.py).

@@ -1,5 +1,5 @@
 """VideoPose3D and the lifters that save what it saves: metres in camera axes, relative to the pelvis; a bare .npy, or
-`reconstruction` in an .npz (formats.md 2.2, 2.4 to 2.6).
+`reconstruction` in an .npz (formats.md 2).
 
 An .npy whose pelvis is exactly 0 in every frame could as well be MotionBERT's with `rootrel`, or DDHPose's: such a file
 fits all three and has to be named.

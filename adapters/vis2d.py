@@ -1,4 +1,4 @@
-"""2D keypoints that the demo/vis.py scripts save beside their 3D: input_2D/keypoints.npz (formats.md 2.6).
+"""2D keypoints that the demo/vis.py scripts save beside their 3D: input_2D/keypoints.npz.
 
 MHFormer, StridedTransformer, PoseFormerV2 and MotionAGFormer write it: key `reconstruction`, (people,
 frames, 17, 2) pixels in Human3.6M order, made from COCO joints; MotionAGFormer adds the score, (..., 3). There

@@ -1,5 +1,4 @@
-"""WHAM's wham_output.pkl: the meshes of people, made into joints by the regressor that the user has (formats.md
-section 7).
+"""WHAM's wham_output.pkl: the meshes of people, made into joints by the regressor that the user has.
 
 A dict of subjects, each with the parameters of SMPL and the mesh that they make: `verts` (T, 6890, 3), metres in axes
 of the camera and from its centre, and `frame_ids`, video frames from 0. The joints are inside the mesh: a regressor

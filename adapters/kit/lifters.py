@@ -86,7 +86,7 @@ def check_metric(path: Path, joints: np.ndarray, trajectory: bool = False) -> No
 
     The pelvis is at the origin or, where `trajectory` allows it, the body is in front of the camera. After the
     display rotation of these projects (camera_to_world, heights rebased to the lowest joint) it is neither:
-    that frame assumes the tilt of one Human3.6M camera (formats.md 2.2).
+    that frame assumes the tilt of one Human3.6M camera (formats.md 2).
     """
     stature = length_along_bones(joints)
     if not _human_size(stature):

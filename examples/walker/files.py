@@ -49,7 +49,7 @@ def write_files(folder: Path, walk: Walk, camera: Camera) -> ExampleFiles:
 def write_keypoints(
     path: Path, walk: Walk, camera: Camera, rows: np.ndarray, noise_px: float, rng: np.random.Generator
 ) -> None:
-    """AlphaPose's result list in the Halpe-26 layout for the video frames `rows` (formats.md section 6)."""
+    """AlphaPose's result list in the Halpe-26 layout for the video frames `rows` (formats.md section 5)."""
     points = camera.project(halpe26(walk))
     points = (points + _errors(points.shape, noise_px, walk.fps, rng))[rows]
     scores = np.clip(rng.normal(0.90, 0.04, points.shape[:2]), 0.3, 1.0)
@@ -72,7 +72,7 @@ def write_keypoints(
 def write_poses(
     path: Path, walk: Walk, camera: Camera, rows: np.ndarray, noise_m: float, rng: np.random.Generator
 ) -> None:
-    """MotionBERT's X3D.npy (formats.md 2.1), one row for each of the detected video frames `rows`.
+    """MotionBERT's X3D.npy (formats.md 2), one row for each of the detected video frames `rows`.
 
     The unit is half the larger side of the box that holds all 2D joints of the take, and the person grows in it
     when coming nearer. The pelvis moves with the person in the image; its depth begins at 0 in every clip.

@@ -108,7 +108,7 @@ GL_CAMERA = Frame("GL_CAMERA", "camera", ("right", "up", "toward"))
 PC_CAMERA = Frame("PC_CAMERA", "camera", ("away", "left", "up"))  # the paper's axes, formats.md "PC frame"
 IMAGE = Frame("IMAGE", "image", ("right", "down"), origin="image corner", unit="px")
 Z_UP = Frame("Z_UP", "world", ("north", "west", "up"), origin="world")
-# (x,y,z) -> (z,x,y), formats.md section 10.
+# (x,y,z) -> (z,x,y), formats.md section 8.
 Y_UP = Frame("Y_UP", "world", ("west", "up", "north"), origin="world")
 LEVEL = Frame("LEVEL", "level", ("back", "right", "up"))
 BODY = Frame("BODY", "body", ("back", "right", "up"))

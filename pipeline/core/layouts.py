@@ -1,7 +1,7 @@
 """Joint layouts as data: names, bones, mirror pairs, and how to get from one to another by name.
 
-Joint orders: formats.md section 1 (orders A, B, C), section 5 (BlazePose), section 6 (2D detectors), section 8.3
-(MPI-INF-3DHP) and section 15 (MHR-70, SOMA-30 and -77). "l_" and "r_" are the subject's own left and right.
+Joint orders: formats.md section 1 (orders A, B, C), section 7.3 (MPI-INF-3DHP). "l_" and "r_" are the
+subject's own left and right.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ class PoseSequence:
     time_s: (T,) strictly increasing seconds, or None while the source's rate is unknown.
     frame_index: (T,) strictly increasing number of each row's video frame, counted from 0; counts the rows
         when the source does not know it, and then `frames_known` is False.
-    seams: rows at which the estimator began a new clip without looking at the old one (formats.md 11.5);
+    seams: rows at which the estimator began a new clip without looking at the old one (formats.md 9.5);
         no derivative may be taken across one.
     person: the source's name of the person.
     made_by: who made the poses, as the adapter, the lifter or the user says.

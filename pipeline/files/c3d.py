@@ -1,4 +1,4 @@
-"""The points and parameters of C3D files (formats.md section 7; "The C3D File Format User Guide", c3d.org).
+"""The points and parameters of C3D files (formats.md section 6; "The C3D File Format User Guide", c3d.org).
 
 ezc3d, which writes them for us, ends the whole program on some damaged files, so strangers' files are read here:
 numbers of the header and of the parameters are compared with the file's length before they are used.

@@ -161,7 +161,7 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
 
 def read_c3d(path: Path) -> Markers:
     """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories, unless the
-    file's POINT Y_SCREEN says +Y (formats.md section 7). Time begins with the first row, but in our own files where
+    file's POINT Y_SCREEN says +Y (formats.md section 6). Time begins with the first row, but in our own files where
     that frame's number says, as the take's does. InputError for what is no C3D."""
     try:
         file = parse(path.read_bytes())

@@ -55,7 +55,7 @@ _ALONG_AXIS = 0.8  # cosine of bones and axes of a body that stands: a leg apart
 
 UNITS = {**METRES, "asf": METRES["inch"] / 0.45}
 LEG_M = (0.6, 1.15)  # thigh and shank of an adult
-# The body of SMPL; SMPL-H and SMPL-X go on with hands and face (formats.md section 7).
+# The body of SMPL; SMPL-H and SMPL-X go on with hands and face (formats.md section 6).
 SMPL = (
     "pelvis", "l_hip", "r_hip", "spine1", "l_knee", "r_knee", "spine2", "l_ankle", "r_ankle", "spine3", "l_toes",
     "r_toes", "neck", "l_collar", "r_collar", "head", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist",

@@ -126,7 +126,7 @@ def repeated_rows(source: PoseSequence) -> np.ndarray:
 
 
 def source_findings(source: PoseSequence) -> list[Notice]:
-    """What shows only before the pelvis is subtracted: each frame put on the floor by itself (formats.md 11.4)."""
+    """What shows only before the pelvis is subtracted: each frame put on the floor by itself (formats.md 9.4)."""
     joints = _complete(source)
     if len(joints) < _ENOUGH_ROWS:
         return []

@@ -1,4 +1,4 @@
-"""Joints of body models: SOMA of GEM-X and Kimodo, SMPL of AlphaPose and WHAM (formats.md sections 7 and 15)."""
+"""Joints of body models: SOMA of GEM-X and Kimodo, SMPL of AlphaPose and WHAM (formats.md section 6)."""
 
 import json
 import pickle

@@ -1,4 +1,4 @@
-"""DDHPose, D3DP and MixSTE: clips of 243 put together into the video they came from (formats.md 2.3 to 2.5)."""
+"""DDHPose, D3DP and MixSTE: clips of 243 put together into the video they came from (formats.md 2)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""SAM 3D Body's and InstantHMR's 70 keypoints in every form that people save (formats.md section 15)."""
+"""SAM 3D Body's and InstantHMR's 70 keypoints in every form that people save (formats.md section 6)."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""BVH, joints beside AMASS's arrays, FreeMoCap and MPI-INF-3DHP (formats.md sections 7 and 8.3)."""
+"""BVH, joints beside AMASS's arrays, FreeMoCap and MPI-INF-3DHP (formats.md sections 6 and 7.3)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""MotionBERT's X3D.npy: clips of 243 whose first root depth is 0, in units of the image (formats.md 2.1)."""
+"""MotionBERT's X3D.npy: clips of 243 whose first root depth is 0, in units of the image (formats.md 2)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""OpenPose's 3D reconstruction: a folder of one JSON a frame with pose_keypoints_3d (formats.md 6)."""
+"""OpenPose's 3D reconstruction: a folder of one JSON a frame with pose_keypoints_3d (formats.md 5)."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""4D-Humans' pickles, through joblib's form and pickle's own, and pickles that must not run (formats.md section 7)."""
+"""4D-Humans' pickles, through joblib's form and pickle's own, and pickles that must not run."""
 
 import pickle
 import zipfile

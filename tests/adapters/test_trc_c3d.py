@@ -1,4 +1,4 @@
-"""TRC as Pose2Sim, OpenSim and Sports2D write it, C3D through ezc3d (formats.md section 7)."""
+"""TRC as Pose2Sim, OpenSim and Sports2D write it, C3D through ezc3d (formats.md section 6)."""
 
 import numpy as np
 import pytest

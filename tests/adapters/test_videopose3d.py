@@ -1,4 +1,4 @@
-"""VideoPose3D and its kin: metres in camera axes, as .npy, .npz or a vis.py folder (formats.md 2.2, 2.5, 2.6)."""
+"""VideoPose3D and its kin: metres in camera axes, as .npy, .npz or a vis.py folder (formats.md 2)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Files of SAM 3D Body, InstantHMR, GEM-X, AlphaPose's 3D model and WHAM (formats.md sections 7 and 15), of bodies
+"""Files of SAM 3D Body, InstantHMR, GEM-X, AlphaPose's 3D model and WHAM (formats.md section 6), of bodies
 (T, 17, 3) in CAMERA, metres, or z up where said."""
 
 import json

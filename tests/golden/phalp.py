@@ -1,4 +1,4 @@
-"""4D-Humans' pickles, in joblib's form and in pickle's own (formats.md section 7)."""
+"""4D-Humans' pickles, in joblib's form and in pickle's own."""
 
 import pickle
 import zlib

@@ -1,4 +1,4 @@
-"""Motion capture's files (formats.md sections 7 and 8.3), of joints (T, 17, 3) in metres, z up unless said."""
+"""Motion capture's files (formats.md sections 6 and 7.3), of joints (T, 17, 3) in metres, z up unless said."""
 
 import re
 from pathlib import Path

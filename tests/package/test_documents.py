@@ -60,7 +60,7 @@ def words(path: Path) -> str:
 
 @cache
 def sections(document: str) -> frozenset[str]:
-    """Numbers of a document's headings, and of the entries of numbered lists below them ("11.5")."""
+    """Numbers of a document's headings, and of the entries of numbered lists below them ("9.5")."""
     found, heading = set(), ""
     for line in (ROOT / "docs" / document).read_text(encoding="utf-8").splitlines():
         if titled := re.match(rf"##+ ({_NUMBER})\.? ", line):
@@ -72,7 +72,7 @@ def sections(document: str) -> frozenset[str]:
 
 
 def cited(text: str) -> Iterator[tuple[str, str]]:
-    """Document and number of every "design.md section N", "formats.md 2.2, 2.4 and 2.6"."""
+    """Document and number of every "design.md section N", "formats.md 7.1, 7.2 and 7.3"."""
     for found in SECTION.finditer(text):
         for number in re.findall(_NUMBER, found[2]):
             yield f"{found[1]}.md", number
@@ -81,13 +81,13 @@ def cited(text: str) -> Iterator[tuple[str, str]]:
 def test_sections_are_seen():
     """The expressions above find what they are to find."""
     text = (
-        "(formats.md sections 7, 8.2 and 8.3; design.md 4), formats.md 2.3 to 2.5, [formats.md](formats.md) 1"
+        "(formats.md sections 6, 7.2 and 7.3; design.md 4), formats.md 9.3 to 9.5, [formats.md](formats.md) 1"
     )
-    wanted = {"formats.md": ["7", "8.2", "8.3", "2.3", "2.5", "1"], "design.md": ["4"]}
+    wanted = {"formats.md": ["6", "7.2", "7.3", "9.3", "9.5", "1"], "design.md": ["4"]}
     for document, numbers in wanted.items():
         assert [number for of, number in cited(text) if of == document] == numbers
-    assert {"11.5", "2.2", "8.1"} <= sections("formats.md")
-    assert "11.99" not in sections("formats.md")
+    assert {"9.5", "7.1"} <= sections("formats.md")
+    assert "9.99" not in sections("formats.md")
     assert SOURCE.findall("in pipeline/core/pose.py, examples/no/such.toml.") == [
         "pipeline/core/pose.py",
         "examples/no/such.toml",

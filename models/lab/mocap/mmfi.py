@@ -1,7 +1,7 @@
 """MM-Fi (Yang et al. 2023): E0x/Sxx/Axx/ground_truth.npy, 40 people, 27 actions, 10 frames a second, one camera.
 
 Joints are mapped by index, order A of formats.md; the names that are printed for this data set elsewhere are mirrored
-(formats.md section 8.1). A clip has the paper's axes, x away from the sensor, y left, z up, as the sensor stands: how
+(formats.md section 7.1). A clip has the paper's axes, x away from the sensor, y left, z up, as the sensor stands: how
 it was mounted is not published, so +Z is up but for the sensor's own tilt.
 
 The protocols are those of the data set's toolbox: github.com/ybhbingo/MMFi_dataset @ 269f648, mmfi_lib/mmfi.py
