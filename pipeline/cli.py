@@ -292,16 +292,17 @@ def inspect(
 
 def list_(
     what: Annotated[
-        Literal["adapters", "stages", "models", "writers", "devices", "notices", "refusals"],
+        Literal["adapters", "stages", "models", "writers", "devices", "figures", "notices", "refusals"],
         typer.Argument(help="What to list."),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """List what is installed, or all that a run can say (notices) or refuse (refusals), one line each."""
-    from .core import device, notices, refusals
+    """List what is installed, or all that a run can measure (figures), say (notices) or refuse (refusals), one line
+    each."""
+    from .core import device, figures, notices, refusals
 
-    own = {"devices": device.listed, "notices": notices.listed, "refusals": refusals.listed}
-    rows = own[what]() if what in own else registry.listed(what)
+    catalogues = {"devices": device, "figures": figures, "notices": notices, "refusals": refusals}
+    rows = catalogues[what].listed() if what in catalogues else registry.listed(what)
     if as_json:
         print(json.dumps(rows, indent=1))
         return

@@ -13,7 +13,7 @@ from pathlib import Path
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
-from pcnet3d.pipeline.core import notices, refusals
+from pcnet3d.pipeline.core import figures, notices, refusals
 
 HERE = Path(__file__).parent
 PROJECT = tomllib.loads((HERE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -51,10 +51,13 @@ def add_navigation(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def add_catalogues(app: Sphinx, page: str, source: list[str]) -> None:
-    """What `pcnet3d list notices` and `list refusals` print, as tables."""
-    if page != "docs/notices":
-        return
-    for heading, rows in (("All notices", notices.listed()), ("All refusals", refusals.listed())):
+    """What `pcnet3d list notices`, `list refusals` and `list figures` print, as tables."""
+    tables = {
+        "docs/notices": {"All notices": notices, "All refusals": refusals},
+        "docs/movements": {"Every figure": figures},
+    }
+    for heading, catalogue in tables.get(page, {}).items():
+        rows = catalogue.listed()
         lines = [[*rows[0]], ["---"] * 3, *([f"`{code}`", *texts] for code, *texts in map(dict.values, rows))]
         table = "\n".join(f"| {' | '.join(text.replace('|', '&#124;') for text in line)} |" for line in lines)
         source[0] += f"\n## {heading}\n\n{table}\n"

@@ -1,8 +1,8 @@
 """The catalogue of figures: what each is called, in which unit, who it is for, what it is, and where its error comes
 from.
 
-Keys of files, labels of pages, sentences and the lists of docs/movements.md are made from it. A figure that is not in
-it cannot be made (measures.py).
+Keys of files, labels of pages, sentences and `pcnet3d list figures` are made from it. A figure that is not in it cannot
+be made (measures.py).
 """
 
 from __future__ import annotations
@@ -266,6 +266,15 @@ def _catalogue() -> dict[str, Figure]:
 
 
 FIGURES = _catalogue()
+
+
+def listed() -> list[dict[str, str]]:
+    """Rows of `pcnet3d list figures`, each with three texts."""
+    return [
+        {"key": figure.key, "its error comes from": ERRORS[figure.error], "what it is": figure.definition}
+        for figure in FIGURES.values()
+    ]
+
 
 # Why a figure, or all figures of a group, are not given: the text of the remark `withheld`, and what pages say of it.
 WITHHELD = {

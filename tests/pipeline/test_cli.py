@@ -12,6 +12,7 @@ from typer.main import get_command
 
 from commands import APART, pcnet3d, recipe_of, refused, succeeded
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
+from pcnet3d.pipeline.core.figures import FIGURES
 from pcnet3d.pipeline.core.refusals import REFUSALS
 
 FILES = [
@@ -296,8 +297,10 @@ def test_list_prints_one_line_an_adapter_and_json():
     assert [line.split(maxsplit=2) for line in lines] == [list(row.values()) for row in rows]
     assert all(list(row) == ["name", "gives", "reads"] for row in rows)
     assert {"motionbert", "json2d", "video"} <= {row["name"] for row in rows}
-    for what, known in (("notices", CATALOGUE), ("refusals", REFUSALS)):
-        assert [row["code"] for row in json.loads(pcnet3d("list", what, "--json").stdout)] == [*known]
+    keys = [figure.key for figure in FIGURES.values()]
+    for what, known in (("notices", CATALOGUE), ("refusals", REFUSALS), ("figures", keys)):
+        rows = json.loads(pcnet3d("list", what, "--json").stdout)
+        assert [next(iter(row.values())) for row in rows] == [*known]
     stages = json.loads(pcnet3d("list", "stages", "--json").stdout)
     assert {row["name"] for row in stages} >= {"clean", "rectify"}
 
