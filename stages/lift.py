@@ -14,7 +14,7 @@ from ..models.detector.leaps import exchanges
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.lifter.builtin import KIND
 from ..models.lifter.input import seen_only
-from ..models.lifter.sides import sides_doubts
+from ..models.lifter.otherwise import otherwise_better
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import undistorted
 from ..pipeline.core.layouts import H36M17, remap
@@ -75,7 +75,7 @@ class Lift:
         if not take.moving:
             findings = (*findings, *_elsewhere(asked.keypoints, asked.image_size))
         if lifted.kind == KIND and not any(each.code in _SIDES for each in findings):
-            findings = (*findings, *sides_doubts(asked, lifted.poses, str(self.lifter)))
+            findings = (*findings, *otherwise_better(asked, lifted.poses, str(self.lifter)))
         take = take.with_(poses=poses, findings=findings)
         return take.saying(*_focal(lifted), *_gaps(lifted), *poses.notices)
 

@@ -1,7 +1,8 @@
 """Whether a take's clock is right, by what nobody chooses: how fast a body falls, and how quickly legs swing in a walk.
 
-In the air nothing but gravity pulls. On the ground legs swing as pendulums do: long steps take their time, and slow
-steps are short. Twice the rate, or half of it, is beyond what people do; a quarter more or less is within it.
+In the air nothing but gravity pulls. On the ground a leg swings as a pendulum that is driven: whoever walks slowly
+stands longer on each foot, but swings it hardly more slowly. And the foot is higher while it goes where the person
+goes, so that a walk shows which way time runs.
 """
 
 from __future__ import annotations
@@ -12,105 +13,129 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import angle_deg
+from ...pipeline.core.rotations import unit
+from ...pipeline.signals.filters import peaks
 from ..place.flights import GRAVITY, falls
 
 _STATURE_M = 1.7  # of an adult; of people 1.2 to 2 m tall gravity's fall is within a fifth of the clock
 _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and more
 
 
-class _Limit(NamedTuple):
+class _Kind(NamedTuple):
+    """Of gaits: seconds in which a leg swings, and from how many lengths of a leg that a foot goes about the pelvis on
+    its way backwards time does so."""
+
+    least: float
     usual: float
-    limit: float
+    most: float
+    reversed: float
 
 
-# Seconds from passing to passing for each length of a leg that the ankles come apart: 0.50 to 0.98 in 23 lifted walks
-# of validation people, 0.25 and more in runs.
-_QUICK = {"walk": _Limit(0.68, 0.47), "run": _Limit(0.40, 0.22)}
-# Seconds times lengths of a leg (the walk ratio: Sekiya & Nagasaki, Gait Posture 7(3), 1998): 0.32 to 0.79 in 64 lifted
-# takes of validation people, skips and huge steps above 0.6, and less of patients.
-_SLOW = _Limit(0.44, 0.80)
-# Degrees of the straighter knee as the legs pass: 11 to 28 in lifted walks, 36 in the longest strides; 29 to 68 in
-# runs. Deeper knees are of lunges, which take any time.
-_WALKS_DEG, _RUNS_DEG = 29.0, 75.0
-_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
-_FEWEST = 4  # steps
-# Of the times from passing to passing, quartile by quartile, and the spread of how far the ankles come apart.
-_EVEN, _ALIKE = 1.35, 0.2
+# 60 lifted walks of validation people, slow ones among them, have 0.37 to 0.63 s, and 30 runs 0.23 to 0.37; a leg that
+# hangs and falls takes 0.7 to 0.8. Who walks backwards takes shorter steps than forwards (Thorstensson, Acta Physiol
+# Scand 127(2), 1986): 0.61 to 0.75 in these takes, and 0.60 to 0.76 of runners.
+_WALK, _RUN = _Kind(0.30, 0.43, 0.66, 0.78), _Kind(0.19, 0.28, 0.48, 0.85)
+_BETWEEN = _Kind(_RUN.least, _RUN.usual, np.inf, np.inf)  # such as a skip
+# A stance is so many times as long as a swing: 1.39 and more in these walks, 1.14 and less in even runs. A foot is
+# higher in a swing of a walk than in a stance by less than so many lengths of a leg, in a skip by more; and in a run it
+# goes farther than those of somebody who sways.
+_WALKS, _LIFT, _RUNS, _FAR = 1.35, 0.15, 1.2, 0.8
+_REACH = (0.55, 1.25)  # lengths of a leg: 0.6 to 1.17 in these takes, 1.5 on ladders
+_STEP = 0.3  # the same, that a foot goes there and back at least
+_EVEN = 1.35  # third over first quartile of these times
+_FEWEST = 5  # swings and stances of both legs
+# Lengths of a leg, that a foot of somebody who walks backwards goes: 0.61 to 0.67, less than forwards, as is known
+# (Thorstensson, Acta Physiol Scand 127(2), 1986). One that goes farther is of a clip that runs backwards.
+_BACKWARDS = 0.72
 
 
 def clock_doubts(level: PoseSequence) -> list[Notice]:
-    """A notice where a body in the air, or the legs of a walk, are slower or faster than gravity makes them.
+    """Notices where a body in the air, or the legs of a walk, are slower or faster than gravity makes them, or time
+    runs backwards.
 
     level: as for `falls`; not filtered, for a filter takes the more of a movement the quicker its clock is.
     """
     fell = falls(level)
     times = float(np.sqrt(np.median(fell) * _STATURE_M / GRAVITY)) if len(fell) else 1.0  # as fast as it was
     movement = f"the body falls at {times**2:.2g} of gravity in the air"
+    gait = _gait(level)
+    notices = [notice("backwards")] if gait is not None and gait.reversed else []
     if 1 / _OFF < times < _OFF:
-        gait = _gait(level)
-        times = 1.0 if gait is None else _too_quick(gait)
-        movement = (
-            "" if gait is None else f"the legs of a walk or run pass each other every {gait.step_s:.2f} s"
-        )
+        times = 1.0 if gait is None else gait.too_quick()
+        movement = "" if gait is None else f"the legs of a walk or run swing for {gait.swing_s:.2f} s"
     if times == 1.0:
-        return []
+        return notices
     way = "quickly" if times > 1 else "slowly"
     values = {"fps": level.fps, "movement": movement, "way": way, "fits": level.fps / times}
-    return [notice("rate-against-movement", times=max(times, 1 / times), **values)]
+    return [*notices, notice("rate-against-movement", times=max(times, 1 / times), **values)]
 
 
 @dataclass(frozen=True)
 class _Gait:
-    """Legs that pass each other evenly. step_s: median time from one passing to the next; reach: how far the ankles
-    come apart between, in lengths of a leg; knee_deg: median flexion of the straighter knee as they pass."""
+    """Legs that go there and back evenly, by medians. swing_s: time in which a foot goes one way, higher than the other
+    way, which takes stance_s; reach: how far it goes about the pelvis, and lift: by how much it is higher, in lengths
+    of a leg. backwards: whether it is higher on its way to the back."""
 
-    step_s: float
+    swing_s: float
+    stance_s: float
     reach: float
-    knee_deg: float
+    lift: float
+    backwards: bool
 
+    @property
+    def _kind(self) -> _Kind:
+        ratio = self.stance_s / self.swing_s
+        # Feet that run backwards are longer on the ground.
+        walks = ratio > _WALKS and self.lift < _LIFT and not (self.backwards and self.swing_s < _WALK.least)
+        return _WALK if walks else _RUN if ratio < _RUNS and self.reach > _FAR else _BETWEEN
 
-def _too_quick(gait: _Gait) -> float:
-    """How many times too quickly legs swing, below 1 where too slowly; 1 within what people do."""
-    quick = _QUICK["walk" if gait.knee_deg < _WALKS_DEG else "run"]
-    if gait.step_s < quick.limit * gait.reach:
-        return quick.usual * gait.reach / gait.step_s
-    if gait.step_s * gait.reach > _SLOW.limit:
-        return _SLOW.usual / (gait.step_s * gait.reach)
-    return 1.0
+    @property
+    def reversed(self) -> bool:
+        """Whether time runs backwards."""
+        return self.backwards and self.reach > self._kind.reversed
+
+    def too_quick(self) -> float:
+        """How many times too quickly legs swing, below 1 where too slowly; 1 within what people do."""
+        least, usual, most, _ = self._kind
+        return 1.0 if least < self.swing_s < most else usual / self.swing_s
 
 
 def _gait(level: PoseSequence) -> _Gait | None:
-    """None where the ankles do not pass each other evenly at least four times."""
+    """None where legs do not swing evenly."""
     if len(level) < 2 or level.time_s is None:
         return None
-    at = {name: level.joint(name).astype(np.float64) for name in H36M17.joints}
-    forward = np.cross(at["l_hip"] - at["r_hip"], at["thorax"] - at["pelvis"])
-    leg = sum(
-        np.linalg.norm(at[f"l_{b}"] - at[f"l_{a}"], axis=-1) for a, b in pairwise(("hip", "knee", "ankle"))
-    )
+    ways: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}  # to the front, or not
+    hips, pelvis = level.joint("l_hip") - level.joint("r_hip"), level.joint("pelvis")
     with np.errstate(invalid="ignore", divide="ignore"):
-        length = np.linalg.norm(forward, axis=-1) * leg
-        apart = ((at["l_ankle"] - at["r_ankle"]) * forward).sum(axis=-1) / length
-        straighter = np.fmin(
-            *(angle_deg(at[f"{s}_knee"] - at[f"{s}_hip"], at[f"{s}_ankle"] - at[f"{s}_knee"]) for s in "rl")
-        )
-    there = np.isfinite(apart)
-    apart, time_s, straighter = apart[there], level.times[there], straighter[there]
-    sides = np.sign(apart) * (np.abs(apart) > _STEP / 2)
-    rows = np.flatnonzero(sides)
-    turns = np.flatnonzero(np.diff(sides[rows]))
-    if len(turns) < _FEWEST:
+        forward = unit(np.cross(hips, level.joint("thorax") - pelvis).astype(np.float64))
+    for side in "rl":
+        chain = [level.joint(f"{side}_{part}").astype(np.float64) for part in ("hip", "knee", "ankle")]
+        length = sum(np.linalg.norm(b - a, axis=-1) for a, b in pairwise(chain))
+        foot = (chain[-1] - pelvis) / np.nanmedian(length) if np.isfinite(length).any() else chain[-1]
+        along = (foot * forward).sum(axis=-1)
+        there = np.isfinite(along)
+        along, height, time_s = along[there], foot[there, 2], level.times[there]
+        for start, stop in pairwise(sorted(peaks(along, _STEP) + peaks(-along, _STEP))):
+            lift = height[start : stop + 1].mean() - (height[start] + height[stop]) / 2
+            reach = along[stop] - along[start]
+            ways[bool(reach > 0)].append((time_s[stop] - time_s[start], abs(reach), lift))
+    forth, back = (_without_stops(np.array(ways[way]).reshape(-1, 3)) for way in (True, False))
+    if min(len(forth), len(back)) < 2 or len(forth) + len(back) < _FEWEST:
         return None
-    spans = [slice(rows[turn], rows[turn + 1] + 1) for turn in turns]
-    passes = np.array([span.start + int(np.abs(apart[span]).argmin()) for span in spans])
-    gaps = np.diff(time_s[passes])
-    early, late = np.percentile(gaps, [25, 75])
-    reach = np.array([np.abs(apart[a : b + 1]).max() for a, b in pairwise(passes)])
-    knee_deg = float(np.median(straighter[passes]))
-    if not (late < _EVEN * early and reach.std() < _ALIKE * reach.mean()) or not knee_deg < _RUNS_DEG:
+    backwards = bool(np.median(forth[:, 2]) < np.median(back[:, 2]))
+    swing, stance = (back, forth) if backwards else (forth, back)
+    for each in (swing, stance):
+        early, late = np.percentile(each[:, 0], [25, 75])
+        if not late < _EVEN * early:
+            return None
+    (swing_s, reach, lift), (stance_s, _, below) = (np.median(each, axis=0) for each in (swing, stance))
+    if not _REACH[0] < reach < _REACH[1]:
         return None
-    return _Gait(float(np.median(gaps)), float(np.median(reach)), knee_deg)
+    return _Gait(float(swing_s), float(stance_s), float(reach), float(lift - below), backwards)
+
+
+def _without_stops(halves: np.ndarray) -> np.ndarray:
+    """Those of swings or stances (N, 3) in which the person has not stopped."""
+    return halves[halves[:, 0] < 2 * np.median(halves[:, 0])] if len(halves) else halves

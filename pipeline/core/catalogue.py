@@ -82,6 +82,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rate-against-movement": ("warning", "clock",
         "At {fps:.4g} frames per second {movement}, {times:.2g} times too {way}. If the rate is wrong, give the "
         "camera's (--fps); about {fits:.2g} would fit."),
+    "backwards": ("warning", "clock",
+        "The legs walk backwards in strides as long as those of a walk forwards: the clip may run backwards. Play it "
+        "forwards, or take no notice."),
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
         "times, or give run --fps."),
@@ -282,6 +285,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Left and right of the legs contradict those of the arms (run --set read.handedness=swap-legs): {evidence}."),
     "left-and-right": ("suspicious", "poses",
         "Left and right are doubtful: {evidence}."),
+    "image-stretched": ("suspicious", "poses",
+        "The keypoints make a better body where the image is {times:.3g} times less wide: it may have been stretched. "
+        "Detect in the image as it was filmed."),
+    "poses-smooth": ("suspicious", "poses",
+        "Limbs are shorter the faster they turn, as where joints were averaged over {window_s:.1f} s: quick movements "
+        "are too small. Give the poses as they were before."),
     "stature": ("suspicious", "poses",
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really {unit}."),
     "upside-down": ("suspicious", "poses",

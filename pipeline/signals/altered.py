@@ -12,10 +12,12 @@ and for lines of 1,127 clips of motion capture.
 from __future__ import annotations
 
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from ..core.anthropometry import trunk_length
+from ..core.catalogue import Weight
 from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
@@ -60,6 +62,7 @@ _TREMBLES, _TREMBLES_UNCUT, _UNCUT = 0.006, 0.015, 1.5
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
 _HELD = 12.0  # times as long as those between: rows that repeat, as of a slowed video
 _SCORE = 0.3  # of a keypoint that was seen
+_HELD_ROWS = (0.02, 0.5)  # of the rows, that repeat the one before, from which it is suspicious, and unusable
 
 
 def altered(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
@@ -81,7 +84,7 @@ def without_altered(points: PoseSequence, unseen: np.ndarray) -> PoseSequence:
 def alterations(points: PoseSequence) -> list[Notice]:
     """Notices of copies, repeats, rows lost and added, noise and smoothing, which leave no gaps."""
     looks = (_copied, _repeated, _rows_lost, _rows_added, _only_noise, _smoothed)
-    return [each for look in looks for each in look(points)] if len(points) >= _ENOUGH else []
+    return [*_held_rows(points), *(each for look in looks for each in look(points) if len(points) >= _ENOUGH)]
 
 
 def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
@@ -239,6 +242,29 @@ def _copied(points: PoseSequence) -> list[Notice]:
         ):
             notices.append(notice("limbs-copied", limb="leg" if limb == LEG else "arm"))
     return notices
+
+
+def weighed(share: float, limits: tuple[float, float]) -> Weight:
+    """How grave a finding about this share of rows is. limits: above the first it is suspicious, above the second
+    unusable."""
+    return "unusable" if share > limits[1] else "suspicious" if share > limits[0] else "note"
+
+
+def repeated_rows(source: PoseSequence) -> np.ndarray:
+    """Rows (N,) that are, digit for digit, the row before; failed rows, of zeros or of two joints at most, as where a
+    pelvis that is always 0 is all that there is, do not count."""
+    before, after = source.joints[:-1], source.joints[1:]
+    absent = np.isnan(before) & np.isnan(after)
+    there = (~absent.any(axis=-1)).sum(axis=1) > 2
+    same = ((before == after) | absent).all(axis=(1, 2)) & there
+    return np.flatnonzero(same & ~empty_rows(source)[1:]) + 1
+
+
+def _held_rows(points: PoseSequence) -> list[Notice]:
+    rows = repeated_rows(points)
+    weight = weighed(len(rows) / len(points), _HELD_ROWS)
+    values: dict[str, Any] = {"repeated": len(rows), "first": int(rows[0])} if len(rows) else {}
+    return [notice("duplicates", weight=weight, **values)] if len(rows) else []
 
 
 def _repeated(points: PoseSequence) -> list[Notice]:

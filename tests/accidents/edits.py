@@ -15,7 +15,7 @@ from .material import Bases, Given
 from .slips import CHOSEN_BY, SLIPS
 
 CLOCK = (
-    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts",
+    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "backwards",
 )  # fmt: skip
 TOGETHER = (
     "keypoints-not-of-poses", "keypoints-not-of-video",
@@ -23,8 +23,9 @@ TOGETHER = (
 SHAPE = (
     "depth-scaled", "bones", "flat", "stature",
     "limbs-copied", "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
+    "image-stretched", "poses-smooth",
 )  # fmt: skip
-GAPS = ("joints-filled", "joints-coincide", "joints-exchanged")
+GAPS = ("joints-filled", "joints-coincide", "joints-exchanged", "duplicates")
 SIDES = ("mirrored", "legs-against-arms", "left-and-right", *TOGETHER)
 UP = ("nobody-upright", "upside-down", "not-levelled")
 PEOPLE = ("leaps", "leap-between-people", "strays-removed", "people-by-poses-alone")
@@ -334,7 +335,7 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "left knee at the left hip": (_points(_one_point("l_knee", "l_hip")), GAPS),
     "second half a copy of the first": (_again, ("repeats-itself", *PEOPLE)),
     "rows put between by lines, told of 30": (_at(2.0), (*GAPS, *CLOCK)),
-    "made into 50 frames a second by lines, told of 30": (_at(50 / 30), (*GAPS, *CLOCK)),
+    "made into 50 frames a second by lines, told of 30": (_at(50 / 30), (*GAPS, *CLOCK, *TOGETHER)),
     "18 frames a second told of 30": (_rate(18.0), CLOCK),
     "trimmed": (lambda given, _: _rows(given, np.arange(10, len(given.frames) - 3)), ()),
     "half of the pixels": (_size(0.5, 0.5), ()),

@@ -330,12 +330,13 @@ def _pose_rate(rate: float) -> Callable[..., Given]:
 
 
 CLOCK = (
-    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "duplicates",
+    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "duplicates", "backwards",
 )  # fmt: skip
 TOGETHER = ("keypoints-not-of-poses", "keypoints-not-of-video", "poses-against-keypoints")
 SHAPE = (
     "depth-scaled", "bones", "flat", "stature", "limbs-copied", "limbs-unlike", "left-and-right", "mirrored",
-    "legs-against-arms", "body-unlike", "joints-exchanged", "joints-filled", "joints-coincide",
+    "legs-against-arms", "body-unlike", "joints-exchanged", "joints-filled", "joints-coincide", "image-stretched",
+    "poses-smooth",
 )  # fmt: skip
 SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", "joints-exchanged", *TOGETHER)
 SWAPS = ("swaps-found", "swaps-doubtful", "swaps-masked", *SIDES)

@@ -17,9 +17,8 @@ NEEDS = {
     "tennis-jangel_Derecha_0": ("tennis_mocap.npz",),
 }
 TENTH = [edit for edit in edits() if edit.codes and edit.part == "first"][::10]
-# The aim is a tenth. What arithmetic does not show is not guessed: another rate of a slow walk, time that runs
-# backwards, poses that were smoothed, a picture that was widened, a wrong focal length without a video.
-_UNSAID = 1 / 6
+# What arithmetic does not show is not guessed: a picture that was made higher, a wrong focal length without a video.
+_UNSAID = 1 / 10
 
 
 def needing(*names):
@@ -39,7 +38,7 @@ def before() -> dict[str, Take]:
 
 
 @pytest.mark.data(*(file for files in NEEDS.values() for file in files))
-def test_five_in_six_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_path: Path):
+def test_nine_in_ten_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_path: Path):
     outcomes = [judged(edit, all_bases, before, tmp_path) for edit in TENTH if edit.base in all_bases]
     unsaid = [each.edit for each in outcomes if each.changed and not (each.refused or each.told)]
     assert len(unsaid) <= _UNSAID * len(outcomes), unsaid
@@ -68,6 +67,11 @@ def test_five_in_six_of_a_tenth_are_refused_told_or_harmless(all_bases, before, 
         "07_03: left elbow and wrist in each other's column",
         "08_04: smoothed over 11 frames",
         "walk_crop: keypoints lack one row in 16",
+        "walk_crop: 18 frames a second told of 30",
+        "08_04: backwards",
+        "07_03: hips exchanged",
+        "walk_crop: height squeezed to 0.5625",
+        "walk_crop poses: smoothed over 15 frames",
     ),
 )
 def test_it_is_told(name, all_bases, before, tmp_path):

@@ -1,4 +1,6 @@
-"""Doubts about keypoints whose sides may be exchanged, by the built-in lifter."""
+"""Doubts about keypoints whose joints may be exchanged, or image stretched, by the built-in lifter."""
+
+from itertools import chain, repeat
 
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lifter.builtin import lifted
-from pcnet3d.models.lifter.sides import sides_doubts
+from pcnet3d.models.lifter.otherwise import otherwise_better
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.lifted import ToLift
@@ -23,16 +25,26 @@ def keypoints(pixels=PIXELS, fps=30.0, score=0.9):
     return PoseSequence(pixels, H36M17, IMAGE, np.full(pixels.shape[:2], score), rows / fps, rows)
 
 
-@pytest.mark.parametrize("exchanged", [False, True])
-def test_exchanged_sides_are_told(exchanged):
-    asked = ToLift(keypoints(PIXELS[:, H36M17.mirror] if exchanged else PIXELS), SIZE)
-    said = [each.code for each in sides_doubts(asked, lifted(asked).poses)]
-    assert said == (["left-and-right"] if exchanged else [])
+@pytest.mark.parametrize("parts", [(), ("",), ("hip",), ("ankle",), ("hip", "knee", "ankle")])
+def test_exchanged_joints_are_told(parts):
+    pixels = PIXELS.copy()
+    for name in H36M17.joints:
+        if name.startswith(("l_", "r_")) and any(part in name for part in parts):
+            pixels[:, H36M17.index(name)] = PIXELS[:, H36M17.mirror[H36M17.index(name)]]
+    asked = ToLift(keypoints(pixels), SIZE)
+    said = [each.code for each in otherwise_better(asked, lifted(asked).poses)]
+    assert said == (["left-and-right"] if parts else [])
+
+
+def test_an_image_made_wider_is_told():
+    width, height = SIZE
+    asked = ToLift(keypoints(PIXELS * [4 / 3, 1]), (round(4 / 3 * width), height))
+    assert [each.code for each in otherwise_better(asked, lifted(asked).poses)] == ["image-stretched"]
 
 
 def test_nothing_is_said_of_the_sides_of_a_moment():
     asked = ToLift(keypoints(PIXELS[:20]), SIZE)
-    assert not sides_doubts(asked, lifted(asked).poses)
+    assert not otherwise_better(asked, lifted(asked).poses)
 
 
 @pytest.mark.parametrize(
@@ -49,10 +61,10 @@ def test_nothing_is_said_of_the_sides_of_a_moment():
     ],
 )
 def test_neither_one_sign_alone_nor_a_trunk_exchanges_sides(monkeypatch, better, unseen, score, told):
-    misfits = iter([np.exp(better), np.ones(3)])
-    monkeypatch.setattr("pcnet3d.models.lifter.sides._misfits", lambda *_: next(misfits))
+    misfits = chain([np.ones(3), np.exp(better)], repeat(np.ones(3)))
+    monkeypatch.setattr("pcnet3d.models.lifter.otherwise._misfits", lambda *_: next(misfits))
     pixels = PIXELS.copy()
     pixels[:, H36M17.indices(unseen)] = np.nan
     seen = keypoints(pixels, score=score)
     asked = ToLift(seen.with_(made_by=MadeBy("estimated", "movenet@0")), SIZE)
-    assert [each.code for each in sides_doubts(asked, lifted(asked).poses)] == told
+    assert [each.code for each in otherwise_better(asked, lifted(asked).poses)] == told
