@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import inspect as signatures
 import io
 import json
@@ -72,8 +71,7 @@ class _Command(TyperCommand):
 
 
 class _Commands(TyperGroup):
-    """Imports a command when it is asked for; the help page reads what commands are for in their source, for importing
-    all takes its time, and a package whose command cannot be loaded must not keep the others from working."""
+    """The registered commands; a package whose command cannot be loaded does not keep the others from working."""
 
     group = "commands"
 
@@ -81,9 +79,11 @@ class _Commands(TyperGroup):
         return sorted(_points(self.group), key=lambda name: name == _LAB)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """A stand-in with the command's name and its line of help."""
-        point = _points(self.group).get(cmd_name)
-        return None if point is None else TyperCommand(cmd_name, help=_summary(point))
+        """For the help page, on which a broken one says so."""
+        try:
+            return load_command(cmd_name, self.group)
+        except InputError as error:
+            return TyperCommand(cmd_name, help=str(error))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, names = args[0], _points(self.group)
@@ -111,37 +111,6 @@ def load_command(name: str, group: str = "commands") -> Any:
 def _flowing(text: str) -> str:
     """A docstring's paragraphs in one line each, which the help page then wraps by itself."""
     return "\n\n".join(" ".join(part.split()) for part in signatures.cleandoc(text).split("\n\n"))
-
-
-def _summary(point: EntryPoint) -> str:
-    """First paragraph of a function's docstring, or the help of a typer.Typer, out of the source; "" without one."""
-    source = _source(point.module)
-    for node in ast.parse(source).body:
-        if isinstance(node, ast.FunctionDef) and node.name == point.attr:
-            return (ast.get_docstring(node) or "").partition("\n\n")[0]
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == point.attr:
-            helps = [
-                word.value for word in ast.walk(node) if isinstance(word, ast.keyword) and word.arg == "help"
-            ]
-            return next((str(word.value) for word in helps if isinstance(word, ast.Constant)), "")
-    return ""
-
-
-def _source(module: str) -> str:
-    """A module's source, found without importing the packages that it is in; "" where there is none."""
-    name, path = "", None
-    spec = None
-    for part in module.split("."):
-        name = f"{name}.{part}".lstrip(".")
-        specs = (finder.find_spec(name, path) for finder in sys.meta_path if hasattr(finder, "find_spec"))
-        spec = next((first for first in specs if first is not None), None)
-        if spec is None:
-            return ""
-        path = spec.submodule_search_locations
-    try:
-        return Path(spec.origin).read_text(encoding="utf-8") if spec and spec.origin else ""
-    except (OSError, ValueError):
-        return ""
 
 
 def _version(asked: bool) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.main import get_command
 
 from commands import APART, pcnet3d, recipe_of, refused, succeeded
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
@@ -162,7 +161,7 @@ def test_an_option_without_a_flag_is_refused_with_the_way_to_give_it(arguments, 
 
 
 def test_the_help_page_costs_no_heavy_import():
-    said = said_without({"numpy", "scipy", "pydantic", "cv2", "torch"}, "--help").stdout
+    said = said_without({"scipy", "cv2", "torch", "rerun", "pyarrow", "av", "onnxruntime"}, "--help").stdout
     commands = [
         line.split()[1]
         for line in said.split("Commands")[1].splitlines()
@@ -171,16 +170,6 @@ def test_the_help_page_costs_no_heavy_import():
     assert {"run", "inspect", "view", "list", "batch", "compare", "live", "demo"} <= set(commands)
     assert commands[-1] == "lab"  # behind which the developers' commands stand
     assert all(flag in said for flag in ("--version", "-h", "--quiet", "--verbose", "--install-completion"))
-
-
-def test_the_help_page_says_of_each_command_what_its_own_says():
-    from pcnet3d.pipeline.cli import app, load_command
-
-    group = get_command(app)
-    for name in group.list_commands(None):  # type: ignore[attr-defined]
-        brief = group.get_command(None, name).help  # type: ignore[attr-defined]
-        assert brief, name
-        assert " ".join(brief.split()) == (load_command(name).help or "").partition("\n")[0]
 
 
 def test_a_run_has_22_options_at_most_in_panels():
