@@ -12,7 +12,7 @@ from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.messages import bound_in_words
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.checks import nobody_upright
@@ -162,22 +162,6 @@ def length_unit(poses: PoseSequence) -> str:
     return poses.frame.unit if poses.frame.metric else "units"
 
 
-def tilt(take: Take) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pitch and roll of the camera (T, 2) by the frames' votes and by the take's up, and the 90 % bound of the latter;
-    some frames must have voted."""
-    rectified, R_camera_from_source = take.need("rectified"), take.need("poses").frame.basis.T
-    votes, shared = (
-        pitch_roll_deg(rotate(R_camera_from_source, up)) for up in (rectified.up_votes, shared_up(rectified))
-    )
-    # Where the camera looks steeply down, a small change of up is a large one of roll.
-    per_roll = 1 / np.maximum(np.cos(np.radians(shared[:, 0])), 0.05)
-    return (
-        votes,
-        shared,
-        rectified.up_bound_deg[:, None] * np.stack([np.ones_like(per_roll), per_roll], axis=-1),
-    )
-
-
 def shared_up(rectified: Rectified) -> np.ndarray:
     """(T, 3) the up that BODY and LEVEL share, in the source's axes."""
     return np.broadcast_to(rectified.R_source_from_level[..., :, 2], rectified.up_votes.shape)
@@ -190,11 +174,6 @@ def up_of_camera(take: Take) -> np.ndarray:
     if frame.family != "camera" or not rectified.level_ok:
         return np.full_like(up, np.nan)
     return rotate(frame.basis.T, up)
-
-
-def voted(rectified: Rectified) -> bool:
-    """Whether frames voted on up, and what came of it is known."""
-    return bool((is_finite(rectified.up_votes) & is_finite(shared_up(rectified))).any())
 
 
 OWN_WAYS = ("the front", "the right side")

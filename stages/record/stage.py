@@ -16,7 +16,7 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
-from ..drawing.facts import length_unit, shared_up, voted
+from ..drawing.facts import length_unit, shared_up
 from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
@@ -35,7 +35,6 @@ from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .horizon import log_horizon
 from .summary import summary_markdown
-from .up import log_up
 from .views import OFF_KEYPOINTS, views
 from .walk import log_room
 
@@ -71,8 +70,8 @@ def record(take: Take, path: str | Path) -> None:
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
     axes it came in, and the body's axes there), body, level (joints and tapered bones); walk (LEVEL's room: the floor,
     the path over it and its error, the camera, and what goes along with the person); wrists/source,
-    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt (the votes
-    as the camera's pitch and roll); angles/<angle> with the ends of its 90 % band; marks (moments of events);
+    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's);
+    angles/<angle> with the ends of its 90 % band; marks (moments of events);
     off_keypoints (how far each limb is from its keypoints); events; summary.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
@@ -154,5 +153,3 @@ def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> Non
     for entity, (name, values, colour) in curves.items():
         if np.isfinite(values).any():
             log_curves(recording, f"rotation/{entity}", poses, values, [name], [colour])
-    if voted(rectified):
-        log_up(recording, take)

@@ -12,7 +12,7 @@ from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.frames import BODY
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
-from ..drawing.facts import OWN_WAYS, voted, ways_of_level
+from ..drawing.facts import OWN_WAYS, ways_of_level
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
 from .first import first_view
@@ -70,7 +70,6 @@ def _details(take: Take, size: float) -> rrb.Container:
         _wrists("level", f"Wrists after ({unit})", after),
         _wrists("source", f"Wrists before ({unit})", source.axes),
         _curves("rotation", "Rotation (deg)"),
-        *([_tilt()] if voted(rectified) else []),
         *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if has_residuals(take) else []),
     ]
     columns = [
@@ -122,17 +121,6 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
         height = floor_height(take.need("rectified").body)
         grid = (height if np.isfinite(height) else -size), size / 4
     return person_view(entity, name, size * frame.basis @ np.array(_EYES[frame.family]), grid=grid)
-
-
-def _tilt() -> rrb.View:
-    import rerun.blueprint as rrb
-
-    # Of the eight curves four are thin lines of the bound; a legend would hide them all.
-    return rrb.TimeSeriesView(
-        origin="tilt",
-        name="Camera's pitch (purple) and roll (yellow): votes, take, 90 % bound (deg)",
-        plot_legend=rrb.PlotLegend(visible=False),
-    )
 
 
 def _curves(entity: str, name: str) -> rrb.View:

@@ -146,7 +146,7 @@ def test_gaps_end_what_is_shown(taken, make_take):
     assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
     np.testing.assert_allclose(nanoseconds, frame / 25 * 1e9, atol=1)
     assert np.flatnonzero(np.isnan(positions).any(axis=(1, 2))).tolist() == [3, 6]
-    for curve in ("rotation/up", "rotation/bound", "tilt/votes"):
+    for curve in ("rotation/up", "rotation/bound"):
         values = np.array(recording.over_time(curve, "Scalars:scalars")[2])
         assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [3, 6]
     assert recording.over_time("video/keypoints/joints", "Points2D:positions")[0].tolist() == list(
@@ -207,10 +207,7 @@ def test_summary_puts_warnings_first(taken, make_take):
 
 def test_views_follow_what_there_is(taken):
     _, recording = taken()
-    curves = {f"wrists/{entity}/{axis}" for entity in ("source", "level") for axis in "xyz"} | {
-        "rotation",
-        "tilt",
-    }
+    curves = {f"wrists/{entity}/{axis}" for entity in ("source", "level") for axis in "xyz"} | {"rotation"}
     assert set(recording.blueprint(ORIGIN)) == {
         "video",
         "walk/along",
