@@ -47,7 +47,6 @@ _ABOUT = (
 def mmfi(
     tree: Annotated[Path, Argument(help="The data set's folder, with E01 to E04 in it.")],
     output: Annotated[Path, Option("-o", "--output", help="Folder for networks and table.")],
-    steps: Annotated[int | None, Option(min=1, help="Training steps, instead of the config's.")] = None,
     config: Annotated[Path | None, Option(help="Training config, instead of mmfi.toml.")] = None,
     device: Annotated[str, Option(help="Where to train: auto, cpu or cuda.")] = "auto",
     threads: Annotated[int, Option(min=1, help="CPU threads.")] = 4,
@@ -63,10 +62,7 @@ def mmfi(
         print(f"note: {note}")
     splits = {name: split_of(clips, name) for name in PROTOCOLS}
     source = config or Path(training.__file__).with_name("mmfi.toml")
-    content = load_toml(source, "a training config")
-    if steps is not None:
-        content["schedule"] = {**content.get("schedule", {}), "steps": steps}
-    content["data"] = output / "clips.npz"
+    content = {**load_toml(source, "a training config"), "data": output / "clips.npz"}
     output.mkdir(parents=True, exist_ok=True)
     write_mocap(output / "clips.npz", clips)
     rows: dict[str, dict[str, Any]] = {}

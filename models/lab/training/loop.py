@@ -41,7 +41,6 @@ from ....pipeline.running.progress import counted
 
 CHECKPOINT = "checkpoint.pt"
 SAVED_EVERY_S = 60.0  # so much is lost at most when a run is killed
-_TIMED_STEPS = 10  # after so many it says how long all of them take
 Net = TypeVar("Net", bound=nn.Module)
 
 
@@ -176,9 +175,9 @@ def fit(
     parameters = sum(p.numel() for p in state.net.parameters())
     print(f"{parameters:,} parameters, {device}, from step {state.step}", flush=True)
     start = saved = time.perf_counter()
-    first, losses = state.step, []
+    losses: list[float] = []
     with open(output / "log.jsonl", "a", encoding="utf-8") as log, counted("train", schedule.steps) as tell:
-        for step in range(first + 1, schedule.steps + 1):
+        for step in range(state.step + 1, schedule.steps + 1):
             torch.manual_seed(config.seed + step)  # for dropout
             try:
                 losses.append(_learn(state, step, loss_of, output))
@@ -189,9 +188,6 @@ def fit(
                 ) from None
             state.step = step
             tell(step)
-            if step == first + _TIMED_STEPS:
-                hours = (time.perf_counter() - start) / _TIMED_STEPS * (schedule.steps - first) / 3600
-                print(f"about {hours:.2g} h; stopped, the same command goes on", flush=True)
             if step % schedule.every == 0 or step == schedule.steps:
                 figures = look(state.average)
                 _refuse_lost(figures["score"], "A figure of the validation", step, output)

@@ -31,32 +31,23 @@ LEGS = tuple(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankl
 
 @pytest.fixture
 def mmfi_tree(tmp_path, facing_camera):
-    """Writes a tree as MM-Fi has it: people who face the sensor, 3 m away, bend their knees and move one hand."""
+    """Writes a tree as MM-Fi has it: people of several sizes who face the sensor, 3 m away, and bend their knees."""
 
     def make(recordings, count=40, still=False, change=lambda joints: joints):
         rng = np.random.default_rng(0)
         t = np.linspace(0, 2 * np.pi, count)
-        for subject, actions in recordings.items():
-            for action in actions:
-                joints = np.tile(facing_camera, (count, 1, 1))
-                if not still:
-                    size = rng.uniform(0.95, 1.05)
-                    side = "r" if action in ("A14", "A18") else "l"
-                    elbow, wrist = (H36M17.index(f"{side}_{part}") for part in ("elbow", "wrist"))
-                    angle = 1 + np.sin(t)
-                    joints[:, wrist] = joints[:, elbow] + 0.24 * np.stack(
-                        [np.zeros(count), np.cos(angle), -np.sin(angle)], axis=-1
-                    )
-                    joints[:, H36M17.indices(("l_knee", "r_knee")), 2] -= 0.03 * (1 - np.cos(t))[:, None]
-                    joints[:, [i for i in range(17) if i not in (2, 3, 5, 6)], 0] += 0.02 * np.sin(t)[:, None]
-                    joints *= size
-                folder = (
-                    tmp_path / "data" / "MMFi" / f"E{(int(subject[1:]) - 1) // 10 + 1:02d}" / subject / action
-                )
-                folder.mkdir(parents=True)
-                np.save(
-                    folder / "ground_truth.npy", change(joints + np.array([0.2, 0.1, 3.0])), allow_pickle=True
-                )
+        for subject, action in [(subject, action) for subject, of in recordings.items() for action in of]:
+            joints = np.tile(facing_camera, (count, 1, 1))
+            if not still:
+                joints[:, H36M17.indices(("l_knee", "r_knee")), 2] -= 0.03 * (1 - np.cos(t))[:, None]
+                joints[:, [i for i in range(17) if i not in (2, 3, 5, 6)], 0] += 0.02 * np.sin(t)[:, None]
+                joints *= rng.uniform(0.95, 1.05)
+            environment = f"E{(int(subject[1:]) - 1) // 10 + 1:02d}"
+            folder = tmp_path / "data" / "MMFi" / environment / subject / action
+            folder.mkdir(parents=True)
+            np.save(
+                folder / "ground_truth.npy", change(joints + np.array([0.2, 0.1, 3.0])), allow_pickle=True
+            )
         return tmp_path / "data" / "MMFi"
 
     return make

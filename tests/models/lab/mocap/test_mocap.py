@@ -27,19 +27,15 @@ SPLIT = {
 }  # fmt: skip
 
 
+def clip(name, subject):
+    return Clip(name, subject, "asfamc", 30.0, np.zeros((2, 17, 3), np.float32))
+
+
 @pytest.fixture
 def folder(tmp_path):
-    """Six clips of CMU, three of ACCAD, four of tennis, each of another subject, 4 frames each."""
-    rng = np.random.default_rng(0)
+    """Six clips of CMU, three of ACCAD, four of tennis, each of another subject."""
     for file, names in CLIPS.items():
-        joints = rng.normal(size=(4 * len(names), 17, 3)).astype(np.float32)
-        joints[:, 0] = 0
-        np.savez(
-            tmp_path / f"{file}.npz", joints=joints, root=rng.normal(size=(len(joints), 3)).astype(np.float32),
-            clip_start=np.arange(0, len(joints) + 1, 4), clip_name=np.array(names),
-            subject=np.array([name.split("_")[0] for name in names]), source=np.array(["asfamc"] * len(names)),
-            fps=np.array(30.0), joint_names=np.array(H36M17.joints),
-        )  # fmt: skip
+        write_mocap(tmp_path / f"{file}.npz", [clip(name, name.partition("_")[0]) for name in names])
     (tmp_path / "splits.json").write_text(json.dumps(SPLIT))
     return tmp_path
 
@@ -74,24 +70,6 @@ def test_lying_is_told_by_the_trunk():
         assert lying(joints)[0] == expected
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda a: a.pop("root"), "root is missing"),
-        (lambda a: a.update(joint_names=a["joint_names"][::-1]), "joints of H36M17"),
-        (lambda a: a["joints"].__setitem__((3, 4, 1), np.nan), "finite"),
-        (lambda a: a.update(subject=np.array([{"pickled": 1}], dtype=object)), "Python objects"),
-    ],
-)
-def test_a_wrong_file_is_refused(folder, change, words):
-    with np.load(folder / "cmu_mocap.npz") as file:
-        arrays = dict(file)
-    change(arrays)
-    np.savez(folder / "cmu_mocap.npz", **arrays)
-    with pytest.raises(InputError, match=words):
-        read_mocap(folder / "cmu_mocap.npz")
-
-
 def test_a_missing_or_broken_file_is_refused(tmp_path, monkeypatch):
     with refused("cannot-open"):
         read_mocap(tmp_path / "cmu_mocap.npz")
@@ -117,10 +95,6 @@ def test_a_data_set_that_is_not_there_is_refused(folder, name):
         read_clips("train", folder)
 
 
-def clip(name, subject):
-    return Clip(name, subject, "asfamc", 30.0, np.zeros((2, 17, 3), np.float32))
-
-
 def test_a_clip_says_whose_it_is():
     assert person(clip("35_01_1", "35")) == "35"
     assert person(clip("tennis-mrios_Reves_0", "tennis-mrios")) == "tennis-mrios"
@@ -134,10 +108,7 @@ def test_a_subject_in_two_parts_is_refused(folder):
     (folder / "splits.json").write_text(json.dumps(SPLIT | {"cmu_mocap": split}))
     with pytest.raises(InputError, match="01 is in train and test"):
         read_clips("train", folder)
-
-
-def test_unknown_part_and_missing_split_are_refused(folder):
-    with pytest.raises(InputError, match="tennis"):
+    with pytest.raises(InputError, match="everything"):
         read_clips("everything", folder)
     (folder / "splits.json").unlink()
     with pytest.raises(InputError, match=r"splits\.json"):

@@ -87,12 +87,14 @@ def test_across_subjects_is_every_fifth_and_across_environments_the_last_ten(com
 def test_the_table(commands, tmp_path, capsys):
     module, tree = commands
     text = files("pcnet3d.models.lab.training.rectifier").joinpath("mmfi.toml").read_text(encoding="utf-8")
-    small = text.replace("batch = 1024", "batch = 32").replace(
-        "[net]", "[net]\nheads = 2\nwidth = 16\noutput = 8\n#"
+    small = (
+        text.replace("batch = 1024", "batch = 32")
+        .replace("steps = 20000", "steps = 3")
+        .replace("[net]", "[net]\nheads = 2\nwidth = 16\noutput = 8\n#")
     )
     (tmp_path / "tiny.toml").write_text(small, encoding="utf-8")
     out = tmp_path / "out"
-    module.mmfi(tree, out, steps=3, config=tmp_path / "tiny.toml", device="cpu", threads=1)
+    module.mmfi(tree, out, config=tmp_path / "tiny.toml", device="cpu", threads=1)
     assert (out / "mmfi.md").read_text() in capsys.readouterr().out
     tested = json.loads((out / "mmfi.json").read_text())["rows"]
     assert list(tested) == ["S2", "S3"]

@@ -58,15 +58,6 @@ def test_distances_in_metres_are_kept_where_everything_fits(rng, draw):
     assert np.median(depth) == pytest.approx(np.sqrt(12.0), rel=0.1)  # log-uniform
 
 
-def test_a_distance_at_which_not_everything_fits_becomes_the_least_that_does(windows):
-    near, least = (
-        place(windows, NumpyDraw(np.random.default_rng(1)), views)
-        for views in (ViewRange(distance_m=(0.1, 0.2)), ViewRange(distance=(1.0, 1.0)))
-    )
-    assert all_inside(near, windows, 1e-6)
-    np.testing.assert_allclose(near.position, least.position)
-
-
 def test_ranges_are_kept(windows, draw):
     assert ViewRange() == WILD
     many = windows.repeat_interleave(10, 0)
@@ -141,12 +132,6 @@ def test_place_and_size_of_people_are_those_of_the_table(exactly):
     fits = (off(place(world, Draw(2, 0), placed=1.0), world) < [0.001, 0.001, 0.01]).all(-1)
     assert fits.any(1).mean() > 0.95  # the others do not fit into the image there
     assert fits.any(0).all()  # every row is drawn
-
-
-@pytest.mark.parametrize("walks_m", [0.0, 15.0])
-def test_everybody_is_inside_the_image_however_far_they_walk(walks_m):
-    world = people(200, walks_m)
-    assert all_inside(place(world, Draw(2, 0), placed=1.0), world, 0.1)
 
 
 def test_a_share_is_placed_which_does_not_pan_and_a_share_is_before_typical_cameras(exactly):

@@ -59,11 +59,6 @@ def test_correlation_in_time(fps):
     assert correlation == pytest.approx(0.8 ** (30 / fps), abs=0.02)
 
 
-def test_first_frame_is_as_noisy_as_the_last():
-    error = errors(standing(frames=3, count=4000))[..., H36M17.index("l_knee"), :]
-    np.testing.assert_allclose(error.std(axis=(0, 2)), 0.015, rtol=0.05)
-
-
 def test_a_wrist_behind_the_back_is_hidden_and_one_in_front_is_not():
     joints = standing()
     wrist = H36M17.index("l_wrist")
@@ -124,14 +119,6 @@ def test_outliers_are_as_frequent_and_as_far_as_stated():
     assert len(far) / apart.size == pytest.approx(0.01, rel=0.1)
     assert far.min() >= 0.0999
     assert far.max() <= 0.3001
-
-
-def test_derived_joints_are_means_of_the_seen_ones():
-    noise = Noise(missing_rate=0, absent_rate=0, derived=1.0)
-    joints = standing(frames=5, count=3)
-    keypoints, _ = detect(pixels_of(joints), joints, noise)
-    shoulders = keypoints[..., H36M17.indices(("l_shoulder", "r_shoulder")), :].mean(axis=-2)
-    np.testing.assert_allclose(keypoints[..., H36M17.index("thorax"), :], shoulders)
 
 
 FAR = H36M17.indices(keypoint_noise.FAR_JOINTS)

@@ -100,15 +100,6 @@ def test_body_size_is_the_stature_that_bones_speak_of(poses):
     assert nobody.item() == 1  # nothing to divide by
 
 
-def test_the_learned_graph_is_symmetric_and_mixed_by_alpha():
-    branch = net_module.GraphBranch(4, 8, 1)
-    torch.nn.init.normal_(branch.learned)
-    with torch.no_grad():
-        torch.testing.assert_close(branch.adjacency(), branch.adjacency().T)
-        branch.alpha.fill_(50.0)
-        torch.testing.assert_close(branch.adjacency(), branch.skeleton)
-
-
 def test_the_paper_preset_is_the_papers():
     paper = NetConfig()
     assert (paper.width, paper.output, paper.residual) == (256, 384, "free")
