@@ -162,18 +162,19 @@ def peaks(
     """
     result: list[Row] = []
     for name, (part, sign, span) in _PEAKS.items():
-        found = []
-        for number, stride in enumerate(strides):
-            angle, (begin_s, end_s) = f"{stride.side}_{part}", span(stride)
-            if f"{angle}_deg" not in columns or not np.isfinite([begin_s, end_s]).all():
-                continue
-            at_s = np.linspace(begin_s, end_s, POINTS if end_s > begin_s else 1)
+        spans = np.array([span(stride) for stride in strides]).reshape(-1, 2)
+        whole = np.flatnonzero(np.isfinite(spans).all(axis=1))
+        angle, found = f"{strides[0].side}_{part}" if strides else "", []
+        if len(whole) and f"{angle}_deg" in columns:
+            begins, ends = spans[whole].T
+            at_s = np.linspace(begins, ends, POINTS, axis=-1)
             values, errors = (
-                resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")
+                resample(columns[f"{angle}{end}"], times, at_s.ravel(), seams).reshape(at_s.shape)
+                for end in ("_deg", "_sd_deg")
             )
-            if np.isfinite(values).all():
-                at = int(np.argmax(sign * values))
-                found.append((number, float(values[at]), float(errors[at])))
+            for row in np.flatnonzero(np.isfinite(values).all(axis=1)):
+                at = int(np.argmax(sign * values[row]))
+                found.append((int(whole[row]), float(values[row, at]), float(errors[row, at])))
         own = np.array(found).reshape(-1, 3)
         known = bool(np.isfinite(own[:, 2]).all())
         result += [
