@@ -23,8 +23,8 @@ from .votes import USUAL_SPREAD, pool
 # Standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns).
 HEADING_S = 0.07
 HEADING_SHARE = 0.83  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
-# Mean error of a smoothed heading where the lifter states the usual spread, and how it grows with that
-# (models/lab/evaluation/errors.py).
+# Mean error of a smoothed heading where the lifter states the usual spread, and how it grows with that (lifted takes of
+# val subjects; `needed` of BODY's rotation in docs/accuracy/errors.json says whether it holds).
 STATED_HEADING_DEG, HEADING_POWER = 3.45, 2
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)

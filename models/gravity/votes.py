@@ -20,8 +20,8 @@ from .evidence import FRAMES, Evidence, TakeUp, about, fuse
 TILT_SHARE = 0.81
 LEAN_DEG = 4.5
 # Where the lifter states its own error, that tells a take's lean better: in degrees, of a take with the usual stated
-# spread and the usual expected error. Fitted by its likelihood on lifted takes of validation subjects
-# (models/lab/fits/gravity_constants.py).
+# spread and the usual expected error. Fitted by its likelihood on lifted takes of validation subjects; `needed` of `up`
+# in docs/accuracy/errors.json says whether it holds.
 STATED_LEAN_DEG = 6.1
 USUAL_SPREAD, USUAL_DEG = 0.0155, 9.0
 # Those are errors of equal size in pitch and roll. What a body shows of the camera's pitch is its lean towards or away

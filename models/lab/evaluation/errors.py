@@ -2,7 +2,7 @@
 
 And what would make them hold: with --fit the errors of angles and rates are fitted to these takes, of the
 configurations FITTED, and written to DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set
-angles.errors=FILE); the constants of BODY's error to DIR/heading.json. Every figure is by the procedure of judge.py.
+angles.errors=FILE). Every figure is by the procedure of judge.py.
 """
 
 from __future__ import annotations
@@ -17,21 +17,19 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import write_json, write_text
+from ....pipeline.files.atomic import write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
 from ...common.metrics import SD_90, plain
-from ...gravity.levelling import HEADING_POWER
-from ...gravity.votes import USUAL_SPREAD
 from ...lifter.load import load_lifter
 from . import judge
 from .figures import figures
-from .judge import STRANGERS, Squares, Stated, fitted, held_out, thinned
+from .judge import Squares, Stated, fitted, held_out, thinned
 from .real_data import BALANCING
-from .runs import Configuration, Question, Simulated, finished
-from .statements import HEADING_90, UP_90, statements
+from .runs import Configuration, Question, finished
+from .statements import statements
 from .testbed import VIEWS
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
@@ -55,7 +53,7 @@ def asked(question: Question) -> dict[str, Configuration]:
     return {
         "bodies alone": own,
         "image": replace(own, image=True),
-        "unsuspected errors": replace(own, image=True, unsuspected=True),
+        "unsuspected errors": replace(own, image=True, unsuspected=2.0),
         "up given": replace(own, up_told=True),
         "moving": replace(own, camera="moving"),
         "moving, image": replace(own, camera="moving", image=True),
@@ -65,7 +63,7 @@ def asked(question: Question) -> dict[str, Configuration]:
         **{f"{side}, image": replace(own, bed="typical", image=True, side=side) for side in VIEWS},
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
-        "simulated other lifters": Configuration(foreign=Simulated()),
+        "simulated other lifters": Configuration(foreign=True),
         "real take": replace(own, real=BALANCING),
         "real take, image": replace(own, real=BALANCING, image=True),
     }
@@ -114,8 +112,6 @@ def tables(
             own = {name: of for name, of in cases.items() if name in FITTED}
             noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=method)
             write_text(output / "joint_noise.json", noise.as_json())
-            if takes := _with_spread(own.get("image", {}).get("BODY's rotation", ())):
-                write_json(output / "heading.json", heading(takes))
             results["strangers"] = {
                 statement: {name: {"inside": share} for name, share in shares.items()}
                 for statement, shares in of_strangers(own).items()
@@ -193,14 +189,6 @@ def refitted(cases: Cases, noise: JointNoise) -> JointNoise:
     )
 
 
-def heading(takes: Sequence[Stated]) -> dict[str, float]:
-    """STATED_HEADING_DEG of models/gravity/levelling.py and FOCAL_HEADING of models/angle_error/joint_covariance.py
-    that hold for BODY's rotation in takes; they are changed by hand, where they stand. Of takes from any side, with the
-    image: before usual cameras the focal length is guessed better than its error says."""
-    frame, focal, _ = np.sqrt(fitted(takes, _of_heading, judge.COVERED)) / HEADING_90
-    return {"stated_heading_deg": round(float(frame), 2), "focal_heading": round(float(focal), 2)}
-
-
 def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for by_statement in cases.values() for take in by_statement.get(statement, ())]
 
@@ -264,17 +252,6 @@ def _of_turn(take: Stated) -> np.ndarray:
     return np.stack([take.known[name] for name in ("own", "by focal", "by pitch")], axis=1)
 
 
-def _with_spread(takes: Sequence[Stated]) -> list[Stated]:
-    return [take for take in takes if "spread" in take.known]
-
-
-def _of_heading(take: Stated) -> np.ndarray:
-    frame, beside = (take.known["spread"] / USUAL_SPREAD) ** HEADING_POWER, take.known["beside the axis"]
-    of_both = (HEADING_90 * take.known["stated"]) ** 2  # if up erred by as much of its mean as the heading
-    up = (of_both - take.half**2) / (HEADING_90**2 - UP_90**2)
-    return np.stack([frame**2, beside**2, np.maximum(up, 0)], axis=1)
-
-
 def _of_rate(take: Stated) -> np.ndarray:
     model, rate = take.known["model"], take.known["rate"]
     return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate))], axis=1)
@@ -290,18 +267,15 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
         if len({take.person for takes in by_group.values() for take in takes}) < 2:  # nobody to fit them to
             continue
         squares: Squares
-        covered = STRANGERS
         if statement in OF_BOTH:
             squares = _of_angle([*chain.from_iterable(by_group.values())], statement)[1]
         elif statement.removeprefix("rate of ") in OF_BOTH:
             squares = _of_rate
         elif statement in ("joints in depth", "joints across"):
             squares = _of_turn
-        elif statement == "BODY's rotation" and (takes := _with_spread(by_group.get("image", ()))):
-            by_group, squares, covered = {"image": takes}, _of_heading, judge.COVERED
         else:
             continue
-        found = held_out(by_group, squares, covered)
+        found = held_out(by_group, squares)
         out[statement] = {name: round(judge.inside(takes).inside, 3) for name, takes in found.items()}
     return out
 

@@ -57,7 +57,7 @@ REPORTS = {
     "takes": Report(".takes", ("rectifier", *_VIRTUAL)),
     "rectifiers": Report(".rectifiers", ("rectifier", *_VIRTUAL, "data", "split", "targets")),
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
-    "gait": Report(".gait", ("rectifier", *_VIRTUAL), {"rectifier": ("pcnet",)}),
+    "gait": Report(".gait", _VIRTUAL, runs=True),
     "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
     "verdicts": Report(".verdicts", _VIRTUAL, runs=True),
     "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}, runs=True),

@@ -7,39 +7,33 @@ over the same frames for ranges of motion and for repetitions of an angle.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations, pairwise
+from collections.abc import Iterator, Mapping
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
-from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import SD_90, Measure, Measures
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, MIDLINE, continuous, near, of_both
 from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import TakeJoints, smoothed, take_angles
-from ...gait.events import Stance, Step
-from ...gait.gait import Gait
-from ...gait.of_take import SIDES
-from .gait import step_values, true_gait
+from .gait import true_gait, walks
 from .judge import Case, Stated, of_cases
 from .jumps import compared
-from .people import mean
 from .runs import Finished
-from .testbed import SeenTake, filtered
+from .testbed import SeenTake
 
-_NEAR_S = 0.25  # of what was found, within which a true landing is the same
 _SEEN = 0.95  # of the frames of a found range, whose truth is known
-# Rows of the group `walking`, and the values whose mean is true of them.
+# Of walks, by the names of gait.walks.
 _OF_WALKS = {
-    "stance, %": ("mean_stance", "stance_percent"),
-    "double support, %": ("mean_double_support", "double_support_percent"),
-    "single support, %": ("mean_single_support", "single_support_percent"),
-    "step time, s": ("mean_step_time", "step_time_s"),
-    "step length, m": ("mean_step_length", "step_length"),
-    "walking speed, m/s": ("walking_speed", "walking_speed"),
-    "cadence, steps/min": ("cadence", "cadence"),
+    "stance, %": "stance_percent",
+    "double support, %": "double_support_percent",
+    "single support, %": "single_support_percent",
+    "step time, s": "step_time_s",
+    "step length, m": "step_length",
+    "walking speed, m/s": "walking_speed",
+    "cadence, steps/min": "cadence",
 }
 _OF_MOVEMENTS = {"mean_rise": "mean rise, deg", "mean_duration": "mean duration, s"}
 _MOVEMENTS = {
@@ -57,67 +51,18 @@ def figures(finished: Finished) -> Iterator[Stated]:
     lifted, static = take.need("poses").made_by.kind == "estimated", truth.up.ndim == 1
     cases = [*compared(take, truth).cases]
     if static:
-        cases += walks(take, truth)
+        of_walks = {case.statement: case for case in walks(take, truth, true_gait(truth))}
+        found = {statement: of_walks.get(name) for statement, name in _OF_WALKS.items()}
+        cases += [
+            case._replace(statement=statement)
+            for statement, case in found.items()
+            if case is not None and np.isfinite(case.half)
+        ]
     if lifted and static:
         cases += movements(finished, take)
     if lifted and take.kinematics:
         cases += within(take, true_angles(truth, take.need("poses").frame_index))
     yield from of_cases(cases, truth.subject)
-
-
-def walks(take: Take, truth: SeenTake) -> Iterator[Case]:
-    """Means of a take's walks or runs against those of the same steps in truth, of static cameras. Nothing of a take in
-    which nobody walks, or no walk is found."""
-    walking = take.figures.group("walking")
-    lands = [at for side in SIDES for at in walking.group(side).times("landings")]
-    if not lands:
-        return
-    true = true_gait(truth)
-    if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps):
-        return
-    part = Gait(true.feet, true_walks(walking, true.feet))
-    if not part.walks:
-        return
-    time_s = truth.keypoints.times
-    root = truth.world[:, H36M17.index("pelvis")]
-    values = step_values(part, root, filtered(truth.world, time_s), time_s)
-    means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
-    means["cadence"] = 60 / means["step_time_s"]
-    stance = walking.value("mean_stance")
-    known = {} if stance is None else {"stance": stance}
-    for statement, (name, of) in _OF_WALKS.items():
-        row = walking.figure(name)
-        if row is not None and row.error is not None and np.isfinite(means[of]):
-            yield Case(statement, row.value, means[of], SD_90 * row.error, known)
-
-
-def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:
-    """The true steps between the landings of those that were found. Others are no part of what is said: turns and hops
-    that were not counted, and landings so late that the take does not show whether the foot came to rest. A false step
-    has none: it makes the found mean wrong. walking: that group; feet: true stances by side."""
-    lands = {side: walking.group(words).times("landings") for words, side in SIDES.items()}
-    true = sorted((at.start_s, side) for side, of in feet.items() for at in of if np.isfinite(at.start_s))
-
-    def nearest(at_s: float, of: str) -> int:
-        """Which of the true ones; -1 of none."""
-        off, i = min(
-            ((abs(start - at_s), i) for i, (start, side) in enumerate(true) if side == of), default=(1.0, -1)
-        )
-        return i if off < _NEAR_S else -1
-
-    pairs = set[int]()  # of true landings, one after the other, by the first
-    for words, side in SIDES.items():
-        other = "rl"[side == "r"]
-        for start, stop in walking.group(words).spans:
-            between = [nearest(at, other) for at in lands[other] if start < at < stop]
-            landings = [nearest(start, side), *between, nearest(stop, side)]
-            pairs |= {i for i, j in pairwise(landings) if i >= 0 and j == i + 1}
-    steps: list[list[Step]] = []
-    for i in sorted(pairs):
-        if i - 1 not in pairs:
-            steps.append([])
-        steps[-1].append(Step(true[i + 1][1], true[i][0], true[i + 1][0]))
-    return steps
 
 
 def movements(finished: Finished, take: Take) -> Iterator[Case]:

@@ -1,227 +1,123 @@
-"""Contacts, steps and gait figures where the truth is known:  pcnet3d lab evaluate gait -o DIR
+"""Contacts, steps and gait figures of runs where the truth is known:  pcnet3d lab evaluate gait -o DIR
 
-Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
-the motion capture (models/lab/mocap/contact.py) and the same figures by them. Lengths and speed are judged with the
-true pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the
-focal length known, and lifted anew, with the usual one assumed.
+What a run's rows say of the walks of people nobody was trained on, in metres by their stature, beside the contacts of
+the motion capture (models/lab/mocap/contact.py) and the same figures by them. Every take is run with the focal length
+told, and for lengths and speed once more with the usual one assumed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.anthropometry import implied_stature
-from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
+from ....pipeline.core.figures import FIGURES
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import SD_90, Measures
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.plugins.protocols import Rectifier
-from ...common.metrics import SD_90, Figure, relative
-from ...common.spread import stated_spread
-from ...gait.contact import SIDES, leg_length
-from ...gait.errors import (
-    FEWEST_OF_A_SIDE,
-    OF_LENGTH,
-    OF_SIDES,
-    depth_of_steps,
-    path_error,
-    scatter,
-    shipped_errors,
-    style_of,
-)
-from ...gait.events import Stance, Step
+from ....pipeline.core.take import Take
+from ...common.metrics import Figure, relative
+from ...gait.errors import OF_LENGTH, OF_SIDES
+from ...gait.events import Stance, Step, contact_times
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
-from ...gravity import Seen, level_static, why_not
-from ...place.path import SCALE_SD, pelvis_path
+from ...gait.of_take import SIDES
 from ..mocap.contact import true_contact
-from .runs import Question
-from .testbed import LiftedTake, SeenTake, filtered, joints_of
-
-FIGURES = (
-    "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
-    "single_support_percent", "double_support_percent", "flight_time_s", *OF_LENGTH,
-)  # fmt: skip
-
+from .judge import Case
+from .people import mean
+from .runs import Configuration, Finished, Question, finished
+from .testbed import SeenTake, filtered
 
 SIDES_APART = ", right less left"  # behind the name of a figure
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A take's mean of one figure, found and true, or that of the right side's steps less the left's; lengths in
-    metres. size: what an error is a share of: the true mean, of both sides. counts: values that were found, of right
-    and left apart for a difference. gait: what was found, "walking" or "running". leg: length of a leg in metres.
-
-    Of a mean: scatter, the standard deviation of these values; style, gait.errors.style_of what was found; root_sd and
-    share, stated of the pelvis path, in metres, and of all strides alike (gait.errors.path_error). Of a difference:
-    depth, gait.errors.depth_of_steps."""
-
-    found: float
-    true: float
-    size: float
-    counts: tuple[int, ...]
-    gait: str
-    leg: float
-    scatter: float = np.nan
-    style: Mapping[str, float] = field(default_factory=dict)
-    root_sd: float = 0.0
-    share: float = 0.0
-    depth: float = np.nan
-
-    def sd(self, name: str) -> float:
-        """The stated standard deviation, in the figure's unit."""
-        errors = shipped_errors()
-        count, *of_other_side = self.counts
-        if of_other_side:
-            own = errors.difference(self.gait, name, count, of_other_side[0], self.depth)
-        else:
-            own = errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, self.scatter)
-        return float(np.hypot(self.leg * own, self.share * self.found)) if name in OF_LENGTH else own
-
-
-def figures_of(
-    found: Values, true: Values, gait: str, leg: float, depth: float, *path_errors: float
-) -> dict[str, Judged]:
-    """{figure: Judged} of those of FIGURES that were found and are true; and of those that both sides have enough
-    values of, the difference of the sides. path_errors: Judged.root_sd and share."""
-    result, style = {}, style_of(found)
-    for name in FIGURES:
-        sides = [of[name][side][np.isfinite(of[name][side])] for of in (found, true) for side in SIDES]
-        a, b = np.concatenate(sides[:2]), np.concatenate(sides[2:])
-        if len(a) and len(b):
-            mean, of = float(b.mean()), (len(a),)
-            result[name] = Judged(float(a.mean()), mean, mean, of, gait, leg, scatter(a), style, *path_errors)
-        if name in OF_SIDES and min(map(len, sides)) >= FEWEST_OF_A_SIDE:
-            right, left, true_right, true_left = (float(values.mean()) for values in sides)
-            size, of = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
-            off = right - left, true_right - true_left
-            result[name + SIDES_APART] = Judged(*off, size, of, gait, leg, depth=depth)
-    return result
-
-
-def figure_of(name: str, means: Sequence[Judged]) -> dict[str, Any]:
-    """Of many takes: how many, the median truth and error, the size of errors and the share within the stated ones."""
-    size = np.array([mean.size for mean in means])
-    error = np.array([mean.found - mean.true for mean in means])
-    sd = np.array([mean.sd(name) for mean in means])
-    return {
-        "takes": len(means),
-        "true": float(np.median([mean.true for mean in means])),
-        "bias": float(np.median(error)),
-        "error": Figure.of(np.abs(error)),
-        "error_percent": Figure.of(100 * np.abs(error / size)),
-        "inside": float((np.abs(error) <= SD_90 * sd).mean()),
-    }
-
-
-TRUE, KNOWN, ASSUMED = "true path", "focal known", "focal assumed"
-PATHS = (TRUE, KNOWN, ASSUMED)
+PATHS = {"focal known": True, "focal assumed": False}
 _UNEVEN = 2.5  # captured validation walks and runs come to 2.4, one of skips to 2.7, a man who hops to 3.4
-_SAME_S = 0.25  # an event that is found farther off is another one
+_NEAR_S = 0.25  # an event that is found farther off is another one
+# Names of models.gait.gait that are measured, by the names of their means among a run's rows.
+_ROWS = {
+    "walking_speed" if figure.name == "walking_speed" else f"mean_{figure.name}": figure.key
+    for figure in FIGURES.values()
+    if figure.group == "walking" and figure.key in (*OF_SIDES, *OF_LENGTH, "stride_time_s", "swing_time_s")
+}
+# Rows whose differences of the sides have an error.
+_COMPARED = {f"{name}_symmetry_index": f"mean_{name}" for name in ("step_time", "stance_time", "step_length")}
 ABOUT = (
-    "One camera a take. Errors are p50 / mean / p95 of their size: events over events, figures over takes (of a "
-    "take's mean, of the steps that both have). steps: found, true. inside: takes whose true mean lies within 1.645 "
-    "stated standard deviations. false steps: found in takes without a walk."
+    "One camera a take. Errors are p50 / mean / p95 of their size: events over events, figures over takes (of the "
+    "means that a run states, against those of the same steps). events: of walks. steps: found, true. inside: takes "
+    "whose true mean lies within the stated 90 %. false steps: found in takes without a walk."
 )
 
 
 @dataclass(frozen=True, eq=False)
-class JudgedGait:
+class Judged:
     """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). events:
-    {"initial contact", "toe-off": (errors in s (K,), found, true)}. figures: {path: {figure: Judged}} of the steps and
-    strides that both have."""
+    {"initial contact", "toe-off": (errors in s (K,), found, true)}. figures: {name: `walks`}."""
 
-    person: str
     kind: str
     steps: tuple[int, int]
     events: dict[str, tuple[np.ndarray, int, int]]
-    figures: dict[str, dict[str, Judged]] = field(default_factory=dict)
+    figures: dict[str, Case] = field(default_factory=dict)
 
 
 def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: {"sets": {set: {kind: one_kind's, "false steps": their number}}}."""
-    (rectifier,) = question.rectifiers
-    results: dict[str, Any] = {**question.heading(), "rectifier": rectifier.method, "sets": {}}
-    for one in question.sets:
-        both = (judge_both(question, take) for take in question.takes(one, focal_known=True))
-        found = [judged for judged in both if judged is not None]
-        kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
-        results["sets"][one.label] = {
-            **{kind: one_kind(takes) for kind, takes in kinds.items() if takes},
-            "false steps": sum(take.steps[0] for take in found if take.kind == "none"),
+    judged: dict[str, dict[str, list[Judged]]] = {}
+    for path, known in PATHS.items():
+        how = Configuration(lifter=str(question.lifter), bed=question.bed, focal_known=known)
+        for one in finished(question, how):
+            of_paths = judged.setdefault(one.label, {name: [] for name in PATHS})
+            of_paths[path] += [take for take in [judge(one)] if take is not None]
+    results: dict[str, Any] = {**question.heading(), "sets": {}}
+    for label, of_paths in judged.items():
+        results["sets"][label] = {
+            kind: one_kind(
+                {path: [take for take in takes if take.kind == kind] for path, takes in of_paths.items()}
+            )
+            for kind in ("walking", "running")
+            if any(take.kind == kind for take in of_paths["focal known"])
         }
+        none = [take.steps[0] for take in of_paths["focal known"] if take.kind == "none"]
+        results["sets"][label]["false steps"] = sum(none)
     return results
 
 
-def judge_both(question: Question, take: LiftedTake) -> JudgedGait | None:
-    """As judge, by the first rectifier, of a take whose lift knew the focal length, with the means of a lift with the
-    assumed one beside."""
-    (rectifier,) = question.rectifiers
-    known = judge(rectifier, take, KNOWN)
-    if known is None or not known.figures:
-        return known
-    again = question.lift_seen(take.seen, _camera_of(take.seen, ASSUMED).focal_px)
-    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
-    if guessed is None:
-        return known
-    return replace(known, figures={**guessed.figures, **known.figures})
-
-
-def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> JudgedGait | None:
-    """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
-    length, KNOWN or ASSUMED; None places nobody."""
-    seen, time_s = take.seen, take.seen.keypoints.times
-    joints = joints_of(take.lifted, seen.truth)
-    if not np.isfinite(joints).all():
+def judge(one: Finished) -> Judged | None:
+    """A take beside its truth; None where a run refuses it or cannot level it."""
+    take, true = one.take, true_gait(one.truth)
+    if take is None or not take.need("rectified").level_ok:
         return None
-    level = level_static(Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted)))
-    if why_not(level):
-        return None
-    smooth = filtered(joints, time_s)
-    body = rotate(transpose(level.R_camera_from_body), smooth)
-    facing = facing_deg(level.R_camera_from_level.T @ level.R_camera_from_body)
-    found = find_gait(body, time_s, facing_deg=facing)
-
-    true_smooth, true = filtered(seen.truth, time_s), true_gait(seen)
-    events = {"initial contact": _events(found, true, "start_s"), "toe-off": _events(found, true, "stop_s")}
-    steps = (len(found.steps), len(true.steps))
-    judged = JudgedGait(seen.subject, true.kind, steps, events)
-    same = _of_both(found, true)
-    if same is None:
-        return judged
-    R_level_from_camera = level.R_camera_from_level.T
-    true_places = rotate(seen.R_camera_from_world.T, true_smooth)
-    true_values = step_values(same[1], seen.world[:, H36M17.index("pelvis")], true_places, time_s)
-
-    depth = depth_of_steps(level.R_camera_from_body, time_s, same[0].walks)
-
-    def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
-        values = step_values(same[0], root, places, time_s)
-        about = values, true_values, same[0].kind, leg_length(places), depth
-        judged.figures[path] = figures_of(*about, *errors)
-
-    true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
-    keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
-
-    if path is None:
-        return judged
-    # In metres as `--stature` would bring them there.
-    factor = implied_stature(seen.truth) / implied_stature(take.lifted.joints)
-    sized = take.lifted.moved(factor * np.eye(3))
-    placed = pelvis_path(sized, seen.keypoints, _camera_of(seen, path))
-    if placed is None:
-        return judged
-    root = rotate(R_level_from_camera, placed.root[None])[0]
-    places = rotate(R_level_from_camera, smooth * (implied_stature(sized.joints) / implied_stature(joints)))
-    covariance = R_level_from_camera @ placed.covariance @ R_level_from_camera.T
-    errors = path_error(
-        root, covariance, R_level_from_camera[:, 2], SCALE_SD, placed.focal_sd, time_s, same[0].walks
+    sides = {side: take.figures.group("walking", words) for words, side in SIDES.items()}
+    strides = {side: [stride for stride in true.strides if stride.side == side] for side in sides}
+    events = {
+        "initial contact": [
+            (rows.times("landings"), contact_times(true.walks, side)) for side, rows in sides.items()
+        ],
+        "toe-off": [
+            (rows.times("toe_offs"), [each.off_s for each in strides[side] if np.isfinite(each.off_s)])
+            for side, rows in sides.items()
+        ],
+    }
+    return Judged(
+        true.kind,
+        (sum(rows.count("steps") for rows in sides.values()), len(true.steps)),
+        {name: matched(pairs) for name, pairs in events.items()},
+        {case.statement: case for case in walks(take, one.truth, true)},
     )
-    keep(path, root, places, *errors)
-    return judged
+
+
+def matched(sides: Sequence[tuple[Sequence[float], Sequence[float]]]) -> tuple[np.ndarray, int, int]:
+    """Errors (K,) of the events found that are the nearest to a true one and have it nearest, and how many there are;
+    (found, true) seconds of each side."""
+    errors: list[float] = []
+    for found, true in sides:
+        if len(found) and len(true):
+            off = np.subtract.outer(found, true)
+            nearest = np.abs(off).argmin(axis=1)
+            mutual = np.abs(off).argmin(axis=0)[nearest] == np.arange(len(off))
+            own = off[np.arange(len(off)), nearest]
+            errors += own[mutual & (np.abs(own) < _NEAR_S)].tolist()
+    return np.array(errors), sum(len(found) for found, _ in sides), sum(len(true) for _, true in sides)
 
 
 def true_gait(seen: SeenTake) -> Gait:
@@ -229,7 +125,7 @@ def true_gait(seen: SeenTake) -> Gait:
     most _UNEVEN times as long as its shortest."""
     time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
     spells = true_contact(seen.world, time_s)
-    feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
+    feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES.values()}
     body = rotate(transpose(seen.R_camera_from_body), filtered(seen.truth, time_s))
     facing = facing_deg(R_world_from_camera @ seen.R_camera_from_body)
     gait = find_gait(body, time_s, feet=feet, facing_deg=facing)
@@ -241,60 +137,83 @@ def _even(walk: Sequence[Step]) -> bool:
     return max(times) <= _UNEVEN * min(times)
 
 
-def step_values(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
-    """Times and lengths of a gait's steps: root (T, 3) the pelvis's place, level (T, 17, 3) joints, z up."""
-    level = relative(level)
-    ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES}
-    return {**time_values(gait), **length_values(gait, root[:, :2], ankles, time_s)}
+def walks(take: Take, truth: SeenTake, true: Gait) -> Iterator[Case]:
+    """Means of a take's walks or runs, by the names of models.gait.gait, against those of the same steps in truth, and
+    those of the right side less the left's; of static cameras. true: `true_gait` of the truth. Nothing of a take in
+    which nobody walks, or no walk is found."""
+    walking = take.figures.group("walking")
+    lands = [at for side in SIDES for at in walking.group(side).times("landings")]
+    if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps if lands):
+        return
+    part = Gait(true.feet, true_walks(walking, true.feet))
+    if not part.walks:
+        return
+    values = _values(part, truth)
+    means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
+    stance = walking.value("mean_stance")
+    known = {} if stance is None else {"stance": stance}
+
+    def half(row: str) -> float:
+        figure = walking.figure(row)
+        return np.nan if figure is None or figure.error is None else SD_90 * figure.error
+
+    for row, name in _ROWS.items():
+        found = walking.value(row)
+        if found is not None and np.isfinite(means[name]):
+            yield Case(name, found, means[name], half(row), known)
+    cadence = walking.value("cadence")
+    if cadence is not None:
+        yield Case("cadence", cadence, 60 / means["step_time_s"], half("cadence"), known)
+    index_of = {row: index for index, row in _COMPARED.items()}
+    for row, name in _ROWS.items():
+        right, left = (walking.group(side).value(row) for side in SIDES)
+        off = mean(values[name]["r"]) - mean(values[name]["l"])
+        if right is not None and left is not None and np.isfinite(off):
+            size = (right + left) / 2
+            bar = half(index_of[row]) / 100 * size if row in index_of else np.nan
+            yield Case(name + SIDES_APART, right - left, off, bar)
 
 
-def _events(found: Gait, true: Gait, what: str) -> tuple[np.ndarray, int, int]:
-    """Errors of the events that have one of the same foot within a quarter of a second, and how many there are: of the
-    whole take, walks or not."""
-    errors, counts = [], [0, 0]
-    for side in SIDES:
-        a, b = (
-            np.array([time for stance in gait.feet[side] if np.isfinite(time := getattr(stance, what))])
-            for gait in (found, true)
+def _values(gait: Gait, truth: SeenTake) -> Values:
+    """Times and lengths of true steps."""
+    time_s, level = truth.keypoints.times, relative(filtered(truth.world, truth.keypoints.times))
+    ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES.values()}
+    root = truth.world[:, H36M17.index("pelvis"), :2]
+    return {**time_values(gait), **length_values(gait, root, ankles, time_s)}
+
+
+def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:
+    """The true steps between the landings of those that were found. Others are no part of what is said: turns and hops
+    that were not counted, and landings so late that the take does not show whether the foot came to rest. A false step
+    has none: it makes the found mean wrong. walking: that group; feet: true stances by side."""
+    lands = {side: walking.group(words).times("landings") for words, side in SIDES.items()}
+    true = sorted((at.start_s, side) for side, of in feet.items() for at in of if np.isfinite(at.start_s))
+
+    def nearest(at_s: float, of: str) -> int:
+        """Which of the true ones; -1 of none."""
+        off, i = min(
+            ((abs(start - at_s), i) for i, (start, side) in enumerate(true) if side == of), default=(1.0, -1)
         )
-        counts = [counts[0] + len(a), counts[1] + len(b)]
-        if len(a) and len(b):
-            off = a[:, None] - b
-            pairs = [(i, int(np.abs(off[i]).argmin())) for i in range(len(a))]
-            errors += [
-                off[i, k] for i, k in pairs if np.abs(off[:, k]).argmin() == i and abs(off[i, k]) < _SAME_S
-            ]
-    return np.array(errors), counts[0], counts[1]
+        return i if off < _NEAR_S else -1
+
+    pairs = set[int]()  # of true landings, one after the other, by the first
+    for words, side in SIDES.items():
+        other = "rl"[side == "r"]
+        for start, stop in walking.group(words).spans:
+            between = [nearest(at, other) for at in lands[other] if start < at < stop]
+            landings = [nearest(start, side), *between, nearest(stop, side)]
+            pairs |= {i for i, j in pairwise(landings) if i >= 0 and j == i + 1}
+    steps: list[list[Step]] = []
+    for i in sorted(pairs):
+        if i - 1 not in pairs:
+            steps.append([])
+        steps[-1].append(Step(true[i + 1][1], true[i][0], true[i + 1][0]))
+    return steps
 
 
-def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
-    """Both with the walks' steps that the other has too, so that means are over the same part of the take; None where
-    they share no walk."""
-
-    fewest = 2 if true.kind == "running" else 3
-
-    def common(gait: Gait, other: Gait) -> list[list[Any]]:
-        ends = [(step.side, step.stop_s) for step in other.steps]
-        walks = []
-        for walk in gait.walks:
-            kept: list[Any] = []
-            for step in walk:
-                if any(side == step.side and abs(stop - step.stop_s) < _SAME_S for side, stop in ends):
-                    kept.append(step)
-                elif len(kept) < fewest:
-                    kept = []
-                else:
-                    break
-            if len(kept) >= fewest:
-                walks.append(kept)
-        return walks
-
-    pair = Gait(found.feet, common(found, true)), Gait(true.feet, common(true, found))
-    return pair if pair[0].walks and len(pair[0].steps) == len(pair[1].steps) else None
-
-
-def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
-    """Of takes of one kind: steps, events and figures."""
+def one_kind(of_paths: Mapping[str, Sequence[Judged]]) -> dict[str, Any]:
+    """Of takes of one kind, by what was known of the focal length: steps, events and figures."""
+    takes = of_paths["focal known"]
     result: dict[str, Any] = {
         "takes": len(takes),
         "steps": [sum(take.steps[i] for take in takes) for i in (0, 1)],
@@ -307,23 +226,27 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
         result["events"][event] = {
             "precision": len(error) / max(sum(found), 1),
             "recall": len(error) / max(sum(true), 1),
-            "bias_ms": float(1000 * np.median(error)),
+            "bias_ms": float(1000 * np.median(error)) if len(error) else np.nan,
             "error_ms": Figure.of(1000 * np.abs(error)),
         }
-    for path in PATHS:
-        for label in dict.fromkeys(label for take in takes for label in take.figures.get(path, {})):
-            name = label.removesuffix(SIDES_APART)
-            if path == TRUE or name in OF_LENGTH:
-                of = [take.figures[path][label] for take in takes if label in take.figures.get(path, {})]
-                key = f"{label}, {path}" if name in OF_LENGTH else label
-                result["figures"][key] = figure_of(name, of)
+    for path, judged in of_paths.items():
+        for label in dict.fromkeys(label for take in judged for label in take.figures):
+            of_length = label.removesuffix(SIDES_APART) in OF_LENGTH
+            if of_length or path == "focal known":
+                cases = [take.figures[label] for take in judged if label in take.figures]
+                result["figures"][f"{label}, {path}" if of_length else label] = figure_of(cases)
     return result
 
 
-def _camera_of(seen: SeenTake, case: str) -> Camera:
-    """The take's camera as it is known: by its focal length, or, ASSUMED, by what is usual."""
-    width, height = seen.image_size
-    focal_px, spread = seen.focal_px, 0.0
-    if case == ASSUMED:
-        focal_px, spread = PRIOR_FOCAL * max(width, height), PRIOR_FOCAL_SPREAD
-    return Camera((width, height), focal_px, focal_px * spread, "told")
+def figure_of(cases: Sequence[Case]) -> dict[str, Any]:
+    """Of many takes: how many, the median truth and error, the size of errors and the share within the stated ones."""
+    error = np.array([case.found - case.true for case in cases])
+    half = np.array([case.half for case in cases])
+    stated = np.isfinite(half)
+    return {
+        "takes": len(cases),
+        "true": float(np.median([case.true for case in cases])),
+        "bias": float(np.median(error)),
+        "error": Figure.of(np.abs(error)),
+        "inside": float((np.abs(error) <= half)[stated].mean()) if stated.any() else np.nan,
+    }

@@ -12,10 +12,9 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
-import torch
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import Look
@@ -31,19 +30,16 @@ from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
-from ....pipeline.signals.filters import each_path
 from ...angle_error.posture import features, growth
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gravity.lines import tangent
 from ...gravity.view import camera_of, known_camera
-from ...lifter.builtin import lift
 from ...lifter.features import body_rays
 from ..mocap.clips import Subjects, data_set, lying, read_clips
 from ..synthetic.cameras import ViewRange
-from ..synthetic.draw import NumpyDraw
-from ..synthetic.keypoint_noise import detect
 from .real_data import read_real, read_seen, whole_body
+from .simulated import simulated
 from .testbed import (
     BEDS,
     MIN_FRAMES,
@@ -143,87 +139,16 @@ class Question:
         return said | ({"seed": self.seed, "bed": self.bed} if self.people else {})
 
 
-Kind = Literal["squeezed", "tilted", "noisy", "smoothed", "lagged", "own"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
-_SQUEEZED = (0.6, 0.9)  # of depth, from take to take
-_TILT_DEG = 10.0  # standard deviation from take to take, to the front and to the side
-_NOISE_M = (0.015, 0.015, 0.04)  # standard deviation in every frame, each joint: right, down, away
-_SLOW_S = 0.25  # standard deviation of the smoothing's window
-_LAG_S = 0.1
-# Slow errors of each joint, and how long they last; half of it all the take.
-_OWN_M, _OWN_S = ((0.02, 0.02, 0.06), 0.5)
-
-
-@dataclass(frozen=True)
-class Simulated:
-    """A lifter that does what others are known to do. kinds: each lifts some of the takes, all about as many.
-
-    Depth that is squeezed, a body that leans, noise in every frame, smoothing, answers that lag behind, and joints that
-    are wrong in a way of their own. All but the last begin with the built-in lifter's answer to other keypoints of the
-    same images, so that they share its errors, as networks do that saw the same training data; the last begins with the
-    truth and shares none."""
-
-    kinds: tuple[Kind, ...] = KINDS
-
-    def poses(self, truth: SeenTake, seed: int) -> PoseSequence:
-        """(T, 17, 3) of a take that `see` gives for that seed, in CAMERA axes from the pelvis."""
-        number = zlib.crc32(truth.clip.encode())
-        kind = self.kinds[number % len(self.kinds)]
-        rng = np.random.default_rng([seed, number, 5])
-        made_by = MadeBy("estimated", f"simulated ({kind})")
-        seen = truth.keypoints
-        if kind == "own":
-            joints = _own(truth.truth, seen.fps, rng)
-            frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
-            return seen.with_(joints=relative(joints), frame=frame, confidence=None, made_by=made_by)
-        at = truth.joints_camera[None]
-        exact = truth.focal_px * at[..., :2] / at[..., 2:] + np.array(truth.image_size) / 2
-        pixels, confidence = detect(torch.from_numpy(exact), torch.from_numpy(at), NumpyDraw(rng), seen.fps)
-        found = seen.with_(joints=pixels[0].numpy(), confidence=confidence[0].numpy())
-        poses = lift(found, truth.image_size)
-        joints = _changed(poses.joints.astype(np.float64), kind, poses.fps, rng)
-        return poses.with_(joints=relative(joints), covariance=None, made_by=made_by)
-
-
-def _changed(joints: np.ndarray, kind: Kind, fps: float, rng: np.random.Generator) -> np.ndarray:
-    """Lifted joints (T, 17, 3) as that lifter would have them."""
-    from scipy.ndimage import gaussian_filter1d
-    from scipy.spatial.transform import Rotation
-
-    if kind == "squeezed":
-        return joints * [1.0, 1.0, rng.uniform(*_SQUEEZED)]
-    if kind == "tilted":
-        turn = np.radians(_TILT_DEG) * rng.standard_normal(2)
-        return rotate(Rotation.from_rotvec([turn[0], 0.0, turn[1]]).as_matrix(), joints)
-    if kind == "noisy":
-        return joints + _NOISE_M * rng.standard_normal(joints.shape)
-    if kind == "smoothed":
-        return each_path(lambda path: gaussian_filter1d(path, _SLOW_S * fps, axis=0, mode="nearest"), joints)
-    rows = np.arange(len(joints)) - round(_LAG_S * fps)
-    return joints[np.maximum(rows, 0)]
-
-
-def _own(truth: np.ndarray, fps: float, rng: np.random.Generator) -> np.ndarray:
-    """The truth (T, 17, 3) with slow errors of each joint."""
-    from scipy.ndimage import gaussian_filter1d
-
-    slow = gaussian_filter1d(rng.standard_normal(truth.shape), _OWN_S * fps, axis=0, mode="wrap")
-    slow /= max(float(slow.std()), 1e-9)
-    always = rng.standard_normal((1, len(H36M17), 3))
-    return truth + _OWN_M * (slow + always) / np.sqrt(2)
-
-
 @dataclass(frozen=True)
 class Configuration:
     """What a run can have. image: an image tells up, as well as rendered rooms do (testbed.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
-    filmed. real: the name of a take before four real cameras
-    (real_data.py), in place of virtual takes; then the image is the video's own. foreign: another lifter made the
-    poses, and the run is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one.
-    unsuspected: the detector errs more in unusual postures and fast motion, and its scores do not tell
-    (`unsuspected`)."""
+    filmed. real: the name of a take before four real cameras (real_data.py), in place of virtual takes; then the image
+    is the video's own. foreign: simulated other lifters (simulated.py) made the poses, and the run is given them with
+    the keypoints beside. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
+    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`)."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -234,9 +159,9 @@ class Configuration:
     focal_known: bool = False
     side: str = ""
     real: str = ""
-    foreign: Simulated | None = None
+    foreign: bool = False
     errors: Path | None = None
-    unsuspected: bool = False
+    unsuspected: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +178,7 @@ class Finished:
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""
-        true = replace(self.configuration, lifter="", up_told=True, image=False, foreign=None, errors=None)
+        true = replace(self.configuration, lifter="", up_told=True, image=False, foreign=False, errors=None)
         return recipe_of(true).build()(given(self.truth, 0, true))
 
 
@@ -297,14 +222,16 @@ def _virtual(
             if views is None:
                 continue
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
-            truth = unsuspected(truth) if configuration.unsuspected else truth
+            truth = unsuspected(truth, configuration.unsuspected)
             yield of.label, truth, given(truth, question.seed, configuration)
 
 
-def unsuspected(truth: SeenTake, times: float = 2.0) -> SeenTake:
+def unsuspected(truth: SeenTake, times: float) -> SeenTake:
     """The take as seen by a detector whose errors are up to so many times as large in unusual postures and fast motion,
     with the same scores: MoveNet's of a man who balances before four cameras are 1.9 to 4.7 % of his box, those of the
     test bed 1.9 (real_data.py, docs/research.md)."""
+    if times == 1:
+        return truth
     at, seen = truth.joints_camera, truth.keypoints
     exact = truth.focal_px * at[..., :2] / at[..., 2:] + np.array(truth.image_size) / 2
     unusual = growth(features(relative(truth.world), seen.times)).max(axis=1).clip(0, 1)
@@ -391,7 +318,7 @@ def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
     if configuration.foreign:
-        return take.with_(poses=configuration.foreign.poses(truth, seed))
+        return take.with_(poses=simulated(truth, seed))
     if configuration.lifter:
         return take
     frame = CAMERA.with_(origin="pelvis")

@@ -29,7 +29,7 @@ from .runs import Finished
 from .testbed import SeenTake, accelerations, filtered
 
 _MEAN_OF_RMS = np.sqrt(np.pi) / 2
-UP_90, HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
+_UP_90, _HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 # Roots of the 90 % quantiles of chi square, three and two degrees of freedom.
 _CHI_90, _RAYLEIGH_90 = 2.5003, 2.1460
@@ -78,7 +78,7 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     rectified = take.need("rectified")
     error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
     up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
-    half = np.hypot(UP_90 * up, HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
+    half = np.hypot(_UP_90 * up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
     turning, spread = turns_of(take), stated_spread(take.need("poses"))
     known = {
         "stated": rectified.error_deg,

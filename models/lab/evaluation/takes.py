@@ -1,12 +1,11 @@
 """What one gravity a take is worth, where the truth is known:  pcnet3d lab evaluate takes -o DIR
 
 Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
-frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and accelerations of wrists and ankles
-relative to the pelvis, both sides low-passed at 6 Hz without delay, vertical and horizontal apart, in two comparisons:
-
-- "level": in upright axes with one heading for the take, the truth's for every method. A method that answers frame by
-  frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it.
-- "lift": the first lift's signals against the same in the true axes: what the method's rotation alone adds.
+frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and what its rotation alone adds to
+accelerations of wrists and ankles relative to the pelvis, both sides low-passed at 6 Hz without delay, vertical and
+horizontal apart: the lift's signals in upright axes with one heading for the take, the truth's for every method,
+against the same in the true axes. A method that answers frame by frame has its frames' own ups there, turned to that
+heading frame by frame; so only its tilt counts against it.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from .people import OfTake, figures, mean
 from .runs import Question
 from .testbed import LiftedTake, SeenTake, accelerations, joints_of, simulated_look
 
-CAMERA_AXES, TRUE_AXES, NO_MOTION = "camera axes", "true axes", "no motion"
+CAMERA_AXES = "camera axes"
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 _LONG_S = 2.0
@@ -45,9 +44,8 @@ ABOUT = (
     "means over people drawn anew. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE,"
     " mm, one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from the vertical"
     " half of the time or more. Levelled: takes that are not refused. Accelerations relative to the pelvis, "
-    f"{CUTOFF_HZ:g} Hz zero-phase: RMSE in m/s² (horizontal: of one axis) and r, over upright takes of 2 s and more "
-    "without gaps; level: in upright axes with one heading for the take, where `true axes` is what is left when the "
-    "rotation is right; lift: against the first lift's in the true axes, what the rotation alone adds."
+    f"{CUTOFF_HZ:g} Hz zero-phase: RMSE in m/s² (horizontal: of one axis) against the first lift's in the true axes, "
+    "what the rotation alone adds, over upright takes of 2 s and more without gaps."
 )
 
 
@@ -157,10 +155,10 @@ def one_set(
                 rows[f"{label}, {kind}, {group}"].setdefault(name, []).append(judge(seen, joints, answer))
             if kind == "lifted" and group == LONG:
                 if np.isfinite(joints).all():
-                    scores.append(take_scores(methods, joints, seen))
+                    scores.append(added(methods, joints, seen))
                 else:
                     gaps += 1
-    accelerated = {"takes": len(scores), "left out": gaps, **over_takes(scores)}
+    accelerated = {"takes": len(scores), "left out": gaps, "lift": over_takes(scores)}
     return {name: row(methods) for name, methods in rows.items() if methods}, accelerated
 
 
@@ -201,31 +199,25 @@ def row(methods: Mapping[str, Sequence[tuple[OfTake, bool | None]]]) -> dict[str
     return row
 
 
-Scores = dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]]
-
-
-def take_scores(methods: Mapping[str, Answer], joints: np.ndarray, seen: SeenTake) -> Scores:
-    """One lifted take: {"level", "lift": {method: {part: {direction: (RMSE, r)}}}} of the methods, the camera's axes
-    and the true ones. joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps, at the truth's
-    scale. "level" also has the row of who says that nothing moves."""
-    R_camera_from_world, time_s = seen.R_camera_from_world, seen.keypoints.times
-    every = {
-        CAMERA_AXES: constant(_R_CAMERA_FROM_UPRIGHT, len(joints)),
-        **methods,
-        TRUE_AXES: constant(R_camera_from_world, len(joints)),
+def added(methods: Mapping[str, Answer], joints: np.ndarray, seen: SeenTake) -> dict[str, Any]:
+    """{method: {part: {direction: RMSE}}} of one lifted take, of the methods and the camera's axes. joints: (T, 17, 3)
+    metres, CAMERA axes relative to the pelvis, without gaps, at the truth's scale."""
+    time_s, R_true = seen.keypoints.times, seen.R_camera_from_world
+    every = {CAMERA_AXES: constant(_R_CAMERA_FROM_UPRIGHT, len(joints)), **methods}
+    lift = _limbs(joints, R_true, time_s)
+    off = {
+        name: {
+            part: signal - lift[part] for part, signal in _limbs(joints, answer.axes(R_true), time_s).items()
+        }
+        for name, answer in every.items()
     }
-    world, lift = (_limbs(each, R_camera_from_world, time_s) for each in (seen.truth, joints))
-    still = {part: np.zeros_like(signal) for part, signal in world.items()}
-    scores: Scores = {"level": {NO_MOTION: _compared(still, world)}, "lift": {}}
-    for name, answer in every.items():
-        own = joints if answer.joints is None else answer.joints
-        axes = answer.axes(R_camera_from_world)
-        signal = _limbs(own, axes, time_s)
-        scores["level"][name] = _compared(signal, world)
-        if name != TRUE_AXES:
-            same = signal if own is joints else _limbs(joints, axes, time_s)
-            scores["lift"][name] = _compared(same, lift)
-    return scores
+    return {
+        name: {
+            part: {way: float(np.sqrt(np.mean(error[..., axes] ** 2))) for way, axes in _ALONG.items()}
+            for part, error in parts.items()
+        }
+        for name, parts in off.items()
+    }
 
 
 def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
@@ -234,30 +226,8 @@ def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarra
     return {part: accelerations(turned[:, rows], time_s) for part, rows in _PARTS.items()}
 
 
-def _compared(
-    signal: Mapping[str, np.ndarray], truth: Mapping[str, np.ndarray]
-) -> dict[str, dict[str, tuple[float, float]]]:
-    """{part: {direction: (RMSE, r)}} of accelerations (N, J, 3) by part, z up. Horizontal is both axes in one: root
-    mean square of an axis, and one correlation."""
-    return {
-        part: {
-            way: agreement(signal[part][..., axes], truth[part][..., axes]) for way, axes in _ALONG.items()
-        }
-        for part in truth
-    }
-
-
-def agreement(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
-    """Root mean square of a - b, each (...), and their correlation; NaN where one of them does not vary."""
-    a, b = a.ravel(), b.ravel()
-    rmse = float(np.sqrt(np.mean((a - b) ** 2)))
-    moving = min(a.std(), b.std()) > 1e-9
-    return rmse, float(np.corrcoef(a, b)[0, 1]) if moving else float("nan")
-
-
 def over_takes(scores: Sequence[Any]) -> Any:
-    """Nested (RMSE, r) of many takes as nested {"rmse", "r": Figure} over takes; {} without any."""
+    """Nested RMSE of many takes as nested {"rmse": Figure} over takes; {} without any."""
     if not len(scores) or isinstance(scores[0], dict):
         return {key: over_takes([take[key] for take in scores]) for key in (scores[0] if len(scores) else ())}
-    rmse, r = np.array(scores).T
-    return {"rmse": Figure.of(rmse), "r": Figure.of(r)}
+    return {"rmse": Figure.of(np.array(scores))}

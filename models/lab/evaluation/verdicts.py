@@ -8,20 +8,18 @@ each frame, in one scale.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.errors import InputError
 from ....pipeline.core.notices import verdict
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
-from ....pipeline.running.progress import each
+from ....pipeline.reading.mocap import Clip
 from ...common.metrics import person_size, rigid_error
 from .lifter import motion_classes
-from .runs import Configuration, Question, given, recipe_of, unsuspected
-from .testbed import MIN_FRAMES, SeenTake, see
+from .runs import Configuration, Question, finished
+from .testbed import SeenTake
 
 FAR_MM = 100.0
 # How many times larger a detector's errors are in unusual postures, without its scores telling.
@@ -62,12 +60,16 @@ def tables(question: Question) -> dict[str, Any]:
     """{"verdicts": {verdict: figures}, "kinds": {kind: ...}, "keypoints": {keypoints: ...}}, figures: {"takes", "far",
     "p50", "p90"}."""
     errors: dict[tuple[str, ...], list[float]] = {}
-    for keypoints, truth, take in _takes(question):
-        judged = "unusable" if take is None else verdict(take.judged)
-        mm = float("nan") if take is None else error_mm(take, truth)
-        if np.isfinite(mm):
-            for of in (("verdicts",), ("kinds", kind_of(truth)), ("keypoints", keypoints)):
-                errors.setdefault((*of, judged), []).append(mm)
+    for number, (keypoints, times) in enumerate(_KEYPOINTS.items()):
+        how = Configuration(image=True, lifter=str(question.lifter), bed=question.bed, unsuspected=times)
+        for one in finished(
+            question, how, only=lambda clip, number=number: _kind_of_keypoints(clip) == number
+        ):
+            judged = "unusable" if one.take is None else verdict(one.take.judged)
+            mm = float("nan") if one.take is None else error_mm(one.take, one.truth)
+            if np.isfinite(mm):
+                for of in (("verdicts",), ("kinds", kind_of(one.truth)), ("keypoints", keypoints)):
+                    errors.setdefault((*of, judged), []).append(mm)
     results: dict[str, Any] = {**question.heading(), "verdicts": {}, "kinds": {}, "keypoints": {}}
     for (table, *of, judged), every in errors.items():
         rows = results[table]
@@ -80,16 +82,5 @@ def tables(question: Question) -> dict[str, Any]:
     return results
 
 
-def _takes(question: Question) -> Iterator[tuple[str, SeenTake, Take | None]]:
-    """(keypoints, truth, take or None of one that a run refuses)."""
-    how = Configuration(image=True, lifter=str(question.lifter), bed=question.bed)
-    pipeline = recipe_of(how).build()
-    for of in question.sets:
-        clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
-        for clip in each(clips, of.label, len(clips)):
-            name = list(_KEYPOINTS)[zlib.crc32(clip.name.encode()) % len(_KEYPOINTS)]
-            truth = unsuspected(see(clip, question.seed, views=question.views), _KEYPOINTS[name])
-            try:
-                yield name, truth, pipeline(given(truth, question.seed, how))
-            except InputError:
-                yield name, truth, None
+def _kind_of_keypoints(clip: Clip) -> int:
+    return zlib.crc32(clip.name.encode()) % len(_KEYPOINTS)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +20,6 @@ import typer
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, whole_file, write_json
-from ....pipeline.plugins.options import did_you_mean
 from ...angle_error.joint_noise import NOISE_FILE
 from ...angle_error.repeatability import REPEATABILITY_FILE
 from ...gait.contact import CONTACT_FILE
@@ -30,8 +29,7 @@ from ...rectifier.load import load_rectifier
 from ..common.modules import in_own_process, run_command
 from ..evaluation import errors
 from ..evaluation.runs import Question
-from ..evaluation.testbed import write_takes
-from . import contact, gait_errors, gravity_constants, joint_noise, visits
+from . import contact, gait_errors, joint_noise, visits
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
 _NETWORKS = "networks.json"
@@ -40,34 +38,23 @@ _NETWORKS = "networks.json"
 @dataclass(frozen=True)
 class Step:
     """made: the file that it writes, under DIR. do: writes it, given its path. place: of that file in the package; None
-    of one that only later steps or people read."""
+    of one that only people read."""
 
     made: str
     do: Callable[[Path], object]
     place: Path | None = None
 
 
-def steps(folder: Path) -> list[Step]:
+def steps() -> list[Step]:
     """All of them, in the order in which they rest on each other."""
-    train, *val = (folder / f"{name}.npz" for name in ("train", "val-0", "val-1"))
     return [
-        Step("train.npz", partial(write_takes, "train", trained_on=True)),
-        Step("val-0.npz", partial(write_takes, "val")),
-        Step("val-1.npz", partial(write_takes, "val", seed=1, bodies=True)),
-        Step("gravity.json", partial(gravity, val)),
-        Step("modes.json", partial(joint_noise.learn, [train], val), NOISE_FILE),
+        Step("modes.json", joint_noise.learn, NOISE_FILE),
         Step("contact.json", contact.learn, CONTACT_FILE),
         Step("gait_error.json", gait_errors.learn, ERROR_FILE),
         Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
         Step("repeatability.json", visits.learn, REPEATABILITY_FILE),
         Step("judged/errors.json", partial(kit, _JUDGED_SEED, False)),
     ]
-
-
-def gravity(takes: Sequence[Path], output: Path) -> None:
-    """The constants of models/gravity that these takes ask for; they are changed by hand, where they stand."""
-    found = asdict(gravity_constants.constants(takes))
-    write_json(output, found)
 
 
 def kit(seed: int, fit: bool, output: Path) -> None:
@@ -101,17 +88,10 @@ def refit(folder: Path, of: Sequence[Step]) -> None:
 
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the steps' files.")],
-    until: Annotated[
-        str | None, typer.Option(help="The file behind which to stop, such as gravity.json.")
-    ] = None,
 ) -> None:
     """Fit all that rests on the networks anew, and judge it."""
     refuse_unwritable(output)
-    of = steps(output.absolute())
-    names = [step.made for step in of]
-    if until is not None and until not in names:
-        raise InputError("name-unknown", f"There is no step that makes {until}; {did_you_mean(until, names)}")
-    refit(output, of if until is None else of[: names.index(until) + 1])
+    refit(output.absolute(), steps())
 
 
 if __name__ == "__main__":

@@ -3,10 +3,11 @@
 A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
 and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
 each run ranges of motion, right less left and one repetition less another are held against the truth
-(evaluation/figures.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of; for
-every figure the factor on the errors of both, added as independent ones, that brings nine in ten differences inside,
-every person counting the same (evaluation/judge.py); and how heavy the tails of differences of two visits are. One draw
-of cameras and detectors tells little of so few people: there are several.
+(evaluation/figures.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of, their
+parts in place times the factor that makes them hold; for every figure the factor on the errors of both, added as
+independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py); and
+how heavy the tails of differences of two visits are. One draw of cameras and detectors tells little of so few people:
+there are several.
 """
 
 from __future__ import annotations
@@ -29,23 +30,21 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
-from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
+from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import (
     Between,
-    brief,
     difference_chance,
     differing,
-    ends,
     figure_of,
     range_sd,
     same_part,
-    same_place,
+    shipped,
 )
 from ...common.metrics import SD_90
 from ..evaluation import judge
-from ..evaluation.figures import ranges, repetitions, true_angles
-from ..evaluation.judge import STRANGERS, Stated, fitted, with_bars
+from ..evaluation.figures import Ranged, ranges, repetitions, true_angles
+from ..evaluation.judge import STRANGERS, Stated
 from ..evaluation.runs import Configuration, EvaluationSet, evaluation_sets, given, recipe_of
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import lying
@@ -67,8 +66,6 @@ _MARGIN = 0.98  # of the half image, which holds every joint
 FEWEST_PEOPLE, FEWEST_PAIRS = 8, 60  # one of them, for a factor
 _MOST_FREEDOM = 30  # about a Gaussian's
 _AGAIN = 1000  # by which a second visit's seed is larger than the first one's
-_PARTS = ("ends", "found")  # of a range's error
-_ROUNDS = 3  # in which shares and factors settle
 _CONFIGURATIONS = [
     Configuration(image=image, bed=bed) for image in (False, True) for bed in ("typical", "wild")
 ]
@@ -77,8 +74,8 @@ _CONFIGURATIONS = [
 @dataclass(frozen=True)
 class Visits:
     """One figure of two visits between which nothing changed, of both sides in one, or of two repetitions in one.
-    found, errors: of both, a range's error as independent errors of its ends make it; true: the true difference, of the
-    second less the first; lasts_s: the motion."""
+    found, errors: of both, a range's error by the parts in place; true: the true difference, of the
+    second less the first."""
 
     kind: Kind
     person: str
@@ -88,9 +85,7 @@ class Visits:
     side: str
     found: tuple[float, float]
     errors: tuple[float, float]
-    same_place: bool = True
     true: float = 0.0
-    lasts_s: float = np.inf
 
     @property
     def visit(self) -> Visit:
@@ -116,39 +111,33 @@ def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visi
         "elsewhere": elsewhere(first, world, rng, views),
     }
     before, true = _run(clip, first, configuration, seed)
+    figures = _figures(before, true, clip)
     yield from _within(before, true, clip, seed)
     for kind in KINDS:
         after, true = _run(clip, cameras[kind], configuration, _AGAIN + seed)
         yield from _within(after, true, clip, seed)
-        near = same_place(before.need("rectified"), after.need("rectified"))
-        rows, others = _figures(before), _figures(after)
-        groups, other_groups = before.figures, after.figures
-        for (figure, side), row in rows.items():
-            other = others.get((figure, side))
-            if other is None or row.error is None or other.error is None:
+        for (figure, side), other in _figures(after, true, clip).items():
+            row = figures.get((figure, side))
+            if row is None or row.error is None or other.error is None:
                 continue
-            if same_part(groups.group(*row.group), other_groups.group(*other.group)):
+            if same_part(before.figures.group(*row.group), after.figures.group(*other.group)):
                 found, errors = (row.value, other.value), (row.error, other.error)
-                same = (kind, clip.subject, clip.name, seed, figure, side)
-                yield Visits(*same, found, errors, near, lasts_s=_lasts_s(clip))
+                yield Visits(kind, clip.subject, clip.name, seed, figure, side, found, errors)
 
 
 def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> Iterator[Visits | Stated]:
-    """Pairs of sides and of repetitions of one run, and its ranges, known by what their errors are made of. truth: of
-    figures.true_angles."""
-    of, lasts_s = ranges(take, truth), _lasts_s(clip)
+    """Pairs of sides and of repetitions of one run, and its ranges. truth: of figures.true_angles."""
+    of = ranges(take, truth)
     groups = take.figures.group("range_of_motion")
     for name, one in of.items():
-        known = {part: brief(lasts_s) * np.array([getattr(one, part)]) for part in _PARTS}
-        half = np.array([SD_90 * one.ends])
-        yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half, known)
+        half = np.array([SD_90 * _range_error(name, one, clip)])
+        yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half)
         left = f"l_{of_both(name)}"
         other = of.get(left)
         if name.startswith("r_") and other and same_part(groups.group(name), groups.group(left)):
-            pair = ((one.found, other.found), (one.ends, other.ends))
-            off = other.true - one.true
+            errors = _range_error(name, one, clip), _range_error(left, other, clip)
             same = ("sides", clip.subject, clip.name, seed, f"{_RANGE}{of_both(name)}", "")
-            yield Visits(*same, *pair, true=off, lasts_s=lasts_s)
+            yield Visits(*same, (one.found, other.found), errors, true=other.true - one.true)
     for two in repetitions(take, truth):
         figure, off = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
         pair = (two.found, two.errors)
@@ -165,22 +154,20 @@ def _run(
     return take, true_angles(seen, take.need("poses").frame_index)
 
 
-def _lasts_s(clip: Clip) -> float:
-    return (len(clip) - 1) / clip.fps
+def _range_error(name: str, of: Ranged, clip: Clip) -> float:
+    """By the parts in place, whichever lifter they were fitted to."""
+    return range_sd(of_both(name), of.found, of.ends, (len(clip) - 1) / clip.fps)
 
 
-def _figures(take: Take) -> dict[tuple[str, str], Measure]:
-    """A range's error is that of independent errors of its ends."""
-    rows, columns = take.figures, take.kinematics or {}
-    gait = rows.group("walking").text("gait")
+def _figures(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> dict[tuple[str, str], Measure]:
+    """Those that two visits are compared by, by figure and side. truth: of figures.true_angles."""
+    gait, of = take.figures.group("walking").text("gait"), ranges(take, truth)
     found = {}
-    for row in rows:
+    for row in take.figures:
         if not isinstance(row, Measure) or (figure := figure_of(row, gait)) is None:
             continue
-        if row.group[0] == "range_of_motion" and row.error is not None:
-            name = row.group[1]
-            values = continuous(columns[f"{name}_deg"], ANGLES[name].centre_deg)
-            row = replace(row, error=float(np.hypot(*ends(values, columns[f"{name}_sd_deg"])[1])))
+        if row.group[0] == "range_of_motion" and row.group[1] in of:
+            row = replace(row, error=_range_error(row.group[1], of[row.group[1]], clip))
         found[figure, row.side] = row
     return found
 
@@ -250,67 +237,30 @@ def collected(sets: Sequence[EvaluationSet], seeds: Sequence[int]) -> list[Visit
 
 def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
     """What repeatability.json holds."""
-    of_ranges = fitted_ranges([case for case in cases if isinstance(case, Stated)])
+    by_angle: dict[str, list[Stated]] = {}
+    for case in cases:
+        if isinstance(case, Stated):
+            by_angle.setdefault(case.statement, []).append(case)
+    of_ranges = {angle: judge.factor(of, STRANGERS) for angle, of in sorted(by_angle.items())}
     pairs = [with_ranges(case, of_ranges) for case in cases if isinstance(case, Visits)]
+    in_place = shipped()["ranges"]
     return {
         "made_by": "python -m pcnet3d.models.lab.fits.refit",
         "lifter": shipped_noise().lifter,
         "freedom": freedom(pairs),
-        "ranges": of_ranges,
+        "ranges": {
+            angle: (round(by * ends, 2), round(by * found, 3))
+            for angle, by in of_ranges.items()
+            for ends, found in [in_place.get(angle, (1.0, 0.0))]
+        },
         "factors": factors(pairs),
     }
 
 
-def fitted_ranges(takes: Sequence[Stated]) -> dict[str, tuple[float, float]]:
-    """{angle of both sides: the parts of repeatability.range_sd}. How much the ends count and how much the range is the
-    same for all angles, in shares of what is usual for each: no angle has people enough for its own. Only the factor on
-    both is the angle's."""
-    if not takes:
-        return {}
-    by_angle: dict[str, list[Stated]] = {}
-    for take in takes:
-        by_angle.setdefault(take.statement, []).append(take)
-    usual = {angle: _usual(of) for angle, of in sorted(by_angle.items())}
-    by_angle = {angle: [_in_shares(take, usual[angle]) for take in by_angle[angle]] for angle in usual}
-    factors = dict.fromkeys(usual, 1.0)
-    for _ in range(_ROUNDS):
-        pooled = [
-            replace(take, error=take.error / factors[angle]) for angle, of in by_angle.items() for take in of
-        ]
-        shares = fitted(pooled, _of_range)
-        factors = {
-            angle: judge.factor([with_bars(take, _of_range, shares) for take in of], STRANGERS)
-            for angle, of in by_angle.items()
-        }
-    ends, found = np.sqrt(shares)
-    return {
-        angle: (round(float(k * ends), 2), round(float(k * found * usual[angle][0] / usual[angle][1]), 3))
-        for angle, k in factors.items()
-    }
-
-
-def _usual(takes: Sequence[Stated]) -> tuple[float, float]:
-    """Root mean squares of what the ends' errors come to, and of the ranges, degrees."""
-    ends, found = (judge.mean(takes, lambda take, part=part: take.known[part] ** 2) for part in _PARTS)
-    return ends**0.5, found**0.5
-
-
-def _in_shares(take: Stated, usual: tuple[float, float]) -> Stated:
-    known = {part: take.known[part] / of for part, of in zip(_PARTS, usual, strict=True)}
-    return replace(take, error=take.error / usual[0], known=known)
-
-
-def _of_range(take: Stated) -> np.ndarray:
-    return SD_90**2 * np.stack([take.known[part] ** 2 for part in _PARTS], axis=1)
-
-
-def with_ranges(pair: Visits, of_ranges: Mapping[str, Sequence[float]]) -> Visits:
-    """A pair of ranges with the errors that these parts give them; others as they are."""
-    if not pair.figure.startswith(_RANGE):
-        return pair
-    angle, both = pair.figure.removeprefix(_RANGE), zip(pair.found, pair.errors, strict=True)
-    one, other = (range_sd(angle, found, at_ends, pair.lasts_s, of_ranges) for found, at_ends in both)
-    return replace(pair, errors=(one, other))
+def with_ranges(pair: Visits, of_ranges: Mapping[str, float]) -> Visits:
+    """A pair of ranges with errors that are so many times as large, by angle; others as they are."""
+    by = of_ranges.get(pair.figure.removeprefix(_RANGE), 1.0) if pair.figure.startswith(_RANGE) else 1.0
+    return replace(pair, errors=(by * pair.errors[0], by * pair.errors[1]))
 
 
 def factors(pairs: Sequence[Visits]) -> dict[Between, dict[str, float]]:

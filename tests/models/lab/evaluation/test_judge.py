@@ -3,13 +3,9 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.models.gravity.levelling import HEADING_POWER
-from pcnet3d.models.gravity.votes import USUAL_SPREAD
 from pcnet3d.models.lab.evaluation import judge
-from pcnet3d.models.lab.evaluation.errors import heading, of_strangers
+from pcnet3d.models.lab.evaluation.errors import of_strangers
 from pcnet3d.models.lab.evaluation.judge import Stated, fitted, held_out, with_bars
-from pcnet3d.models.lab.evaluation.statements import HEADING_90, UP_90
 
 
 def stated(person: str, error: np.ndarray, half: float | np.ndarray = 1.0, **known: np.ndarray) -> Stated:
@@ -104,22 +100,3 @@ def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_pers
     assert found["one"] == 1.0  # by the bars of the wild one
     assert found["other"] < 0.1
     assert of_strangers({"one": {calm.statement: [calm]}}) == {}
-
-
-def test_the_heading_is_that_of_takes_made_by_it():
-    rng = np.random.default_rng(5)
-
-    def rotation(person: str) -> judge.Stated:
-        spread, beside, up = (
-            USUAL_SPREAD * rng.uniform(0.7, 1.4, 250),
-            rng.uniform(0, 9, 250),
-            rng.uniform(1, 2, 250),
-        )
-        mean = np.hypot(3.0 * (spread / USUAL_SPREAD) ** HEADING_POWER, 0.8 * beside)
-        half, known = np.hypot(HEADING_90 * mean, UP_90 * up), {"spread": spread, "beside the axis": beside}
-        known["stated"] = np.hypot(mean, up)
-        return stated(person, half / SD_90 * np.abs(rng.normal(size=250)), half, **known)
-
-    found = heading([rotation(str(person)) for person in range(40)])
-    assert found["stated_heading_deg"] == pytest.approx(3.0, rel=0.1)
-    assert found["focal_heading"] == pytest.approx(0.8, rel=0.1)

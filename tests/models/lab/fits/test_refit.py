@@ -13,7 +13,6 @@ from pcnet3d.models.lab.evaluation.runs import Question
 from pcnet3d.models.lab.fits import refit as module
 from pcnet3d.models.lab.fits.refit import Step, refit, steps
 from pcnet3d.pipeline.core.errors import InputError
-from refusals import refused
 
 
 def copies(source: Path, name: str, place: Path | None = None) -> Step:
@@ -49,17 +48,8 @@ def test_a_folder_of_other_networks_is_refused(tmp_path):
     assert refusal.value.code == "files-apart"
 
 
-def test_it_stops_behind_the_step_that_is_asked_for_and_refuses_one_that_there_is_not(tmp_path, monkeypatch):
-    order = [Step(name, Path.touch) for name in ("one.json", "two.json", "three.json")]
-    monkeypatch.setattr(module, "steps", lambda folder: order)
-    module.main(tmp_path, until="two.json")
-    assert {path.name for path in tmp_path.glob("*.json")} == {"networks.json", "one.json", "two.json"}
-    with refused("name-unknown"):
-        module.main(tmp_path, until="four.json")
-
-
 def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
-    order = steps(tmp_path)
+    order = steps()
     names = [step.made for step in order]
     for step in order:
         signature(step.do).bind(tmp_path / step.made)  # all that it is given
