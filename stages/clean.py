@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import FEET_ANKLES, H36M17
+from ..pipeline.core.layouts import FEET, H36M17
 from ..pipeline.core.messages import spans_in_words
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
@@ -62,7 +62,7 @@ class Clean:
         absent = _absent(poses)
         if absent:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
-        if take.keypoints is not None and poses.layout == H36M17:
+        if take.keypoints is not None and poses.layout.is_body:
             size = image_size(take)
             given = any(
                 each["role"] == "keypoints" for each in take.inputs
@@ -78,6 +78,7 @@ class Clean:
 
 def _absent(poses: PoseSequence) -> list[str]:
     """Joints that no frame has, as of files without a head."""
+    poses = poses.without_feet
     there = is_finite(poses.joints)
     return [joint for joint in poses.layout.joints if not there[:, poses.layout.index(joint)].any()]
 
@@ -143,16 +144,13 @@ def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
-    """The poses without their `hidden` joints (T, J), which become missing with a confidence of 0; a foot goes with its
-    hidden ankle. The history counts them."""
+    """The poses without their `hidden` joints (T, 17), which become missing with a confidence of 0; a foot goes with
+    its hidden ankle. The history counts them."""
     if not hidden.any():
         return poses
-    feet = poses.feet
-    if feet is not None:
-        feet = np.where(hidden[:, poses.layout.indices(FEET_ANKLES), None], np.nan, feet)
-    return poses.without(hidden, covariance=poses.covariance, feet=feet).noted(
-        "unseen", values=int(hidden.sum())
-    )
+    shown_by = [f"{joint[:2]}ankle" if joint in FEET else joint for joint in poses.layout.joints]
+    of_all = hidden[:, H36M17.indices(shown_by)]
+    return poses.without(of_all, covariance=poses.covariance).noted("unseen", values=int(hidden.sum()))
 
 
 def clean(
@@ -178,8 +176,8 @@ def clean(
             "bad-value", f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}."
         )
     strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
-    poses = poses.mapped(
-        lambda points: np.where(strays[:, None, None], np.nan, points),
+    poses = poses.with_(
+        joints=np.where(strays[:, None, None], np.nan, poses.joints),
         covariance=poses.covariance,
         path=poses.path and replace(poses.path, points=np.where(strays[:, None], np.nan, poses.path.points)),
     )
@@ -202,10 +200,6 @@ def clean(
             covariance = np.where(unknown[:, None, None], np.nan, covariance)
         path = replace(path, points=points[:, 0], covariance=covariance)
         jumps, count = int(leaps.sum()), count + more
-    feet = poses.feet
-    if feet is not None:
-        leaps, feet, more = repaired(feet)
-        jumps, count = jumps + int(leaps.sum()), count + more
     made = np.isnan(poses.joints).any(-1) | spikes
     covariance = poses.covariance  # nobody states the error of what was filled in
     covariance = (
@@ -221,7 +215,6 @@ def clean(
     poses = poses.with_(
         joints=filled,
         path=path,
-        feet=feet,
         covariance=covariance,
         confidence=np.where(made, np.nan, poses.confidence),
     )

@@ -60,8 +60,8 @@ class Place:
             return take.saying(_nowhere("too few joints were seen"))
         focal_sd = round(path.focal_sd, 3)
         growth = path.growth[:, None, None]
-        placed = poses.mapped(
-            lambda points: points / growth,
+        placed = poses.with_(
+            joints=poses.joints / growth,
             covariance=moved_covariance(poses.covariance, np.eye(3) / growth),
             path=RootPath(path.root, path.covariance, (SCALE_SD, focal_sd)),
         ).noted(
@@ -72,7 +72,7 @@ class Place:
             scale_sd=SCALE_SD,
             frames_placed=int(is_finite(path.root).sum()),
         )
-        visible = np.asarray(is_finite(poses.joints).any(axis=-1))
+        visible = np.asarray(is_finite(poses.without_feet.joints).any(axis=-1))
         return take.with_(poses=placed, camera=camera).saying(
             _said(path, camera, placed, visible, take.told.stature_m)
         )

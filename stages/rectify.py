@@ -28,7 +28,7 @@ from ..models.rectifier.checked import Checked
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame
-from ..pipeline.core.layouts import H36M17, Layout
+from ..pipeline.core.layouts import Layout
 from ..pipeline.core.notices import Notice, grave, notice, verdict, without_doubles
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate, transpose
@@ -222,7 +222,7 @@ def _facing(rectifier: str | Rectifier) -> Rectifier:
 
 def _checked(poses: PoseSequence) -> PoseSequence:
     """The poses relative to the pelvis; InputError for a layout or frame that cannot be rectified."""
-    if poses.layout != H36M17:
+    if not poses.layout.is_body:
         raise InputError(
             "wrong-content",
             f"rectify needs joints in layout H36M17, got {poses.layout.name}; use remap first.",
@@ -240,7 +240,7 @@ def _times(source: PoseSequence) -> np.ndarray:
 
 
 def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> Seen:
-    poses, time_s = _in(source, CAMERA), _times(source)
+    poses, time_s = _in(source.without_feet, CAMERA), _times(source)
     if moving:  # every frame has an up of its own
         R, error_deg = rectifier.rotation(poses.joints)
     else:

@@ -64,8 +64,8 @@ def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:
 
 def _times(poses: PoseSequence, factor: float, stature_m: float) -> PoseSequence:
     times = factor * np.eye(3)
-    return poses.mapped(
-        lambda points: points * factor,
+    return poses.with_(
+        joints=poses.joints * factor,
         path=poses.path and poses.path.moved(times),
         covariance=moved_covariance(poses.covariance, times),
         frame=poses.frame.with_(unit="m"),

@@ -74,8 +74,8 @@ class Trajectories:
     def __call__(self, take: Take) -> Take:
         rectified = take.need("rectified")
         refused = ~rectified.turned  # missing, so that nothing is taken across them
-        level = rectified.level.mapped(
-            lambda points: np.where(refused[:, None, None], np.nan, points),
+        level = rectified.level.with_(
+            joints=np.where(refused[:, None, None], np.nan, rectified.level.joints),
             covariance=rectified.level.covariance,
         )
         known_error = self.smoother == "auto" and self.cutoff_hz is None
@@ -132,7 +132,7 @@ def known_motions(
     Missing joints are interpolated, with the error of that, but not across frames in which nobody was seen.
     """
     points = level.joints[:, level.layout.indices(joints)].astype(np.float64)
-    somebody = np.asarray(is_finite(level.joints)).any(axis=1)
+    somebody = np.asarray(is_finite(level.without_feet.joints)).any(axis=1)
     lost = np.flatnonzero(np.diff(somebody)) + 1  # behind a frame without anybody everything may be new
     cuts = tuple(sorted({*breaks(level), *lost.tolist()}))
     stated = level.covariance
@@ -160,8 +160,8 @@ class Lowpass:
 def smooth(
     level: PoseSequence, filter: Filter = "butterworth", cutoff_hz: float | None = None
 ) -> tuple[PoseSequence, Lowpass]:
-    """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken
-    pieces (pipeline/signals/filters.py); and what was done, as the history says too.
+    """The same poses with the paths of every joint and the root low-pass filtered, inside their unbroken pieces
+    (pipeline/signals/filters.py); and what was done, as the history says too.
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz.
@@ -182,9 +182,8 @@ def smooth(
 
     result = each_path(smoothed, joints)
     path = level.path and replace(level.path, points=smoothed(level.path.points))
-    feet = None if level.feet is None else each_path(smoothed, level.feet)
     lost = int((is_finite(joints) & ~is_finite(result)).sum())
-    filtered = level.with_(joints=result, path=path, feet=feet)
+    filtered = level.with_(joints=result, path=path)
     noted = filtered.noted("low-pass filter", filter=filter, cutoff_hz=cutoff, values_lost=lost)
     return noted, Lowpass(cutoff, values_lost=lost)
 

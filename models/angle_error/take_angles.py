@@ -11,12 +11,12 @@ import numpy as np
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
-from ...pipeline.core.layouts import FEET, FEET_ANKLES, H36M17
+from ...pipeline.core.layouts import H36M17, Layout
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.signals.angles import ANGLES, FINE, MISSING, TOO_SHORT, UNDEFINED, UNSEEN, UNTRUSTED, angles
 from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
-from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
+from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, has_foot_angles, toes_completed
 from ..common.spread import stated_spread
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
 from .posture import features, growth
@@ -41,18 +41,17 @@ class AngleSeries:
 
 @dataclass(frozen=True, eq=False)
 class TakeJoints:
-    """Joints that angles are taken of. joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before
-    and after the low-pass; the angles are those of the second. R_source_from_body: (T, 3, 3), NaN where a frame has
-    none. level_ok: whether up is known. unseen: (T, 17) joints that are missing because nobody saw them. feet,
-    filtered_feet: (T, 6, 3) in the order of FEET, where joints and filtered are; None without."""
+    """Joints that angles are taken of. joints, filtered: (T, J, 3) relative to the pelvis, any unit, before and after
+    the low-pass; the angles are those of the second. R_source_from_body: (T, 3, 3), NaN where a frame has none.
+    level_ok: whether up is known. unseen: (T, J) joints that are missing because nobody saw them. layout: H36M17, with
+    or without heels and toes behind."""
 
     joints: np.ndarray
     filtered: np.ndarray
     R_source_from_body: np.ndarray
     level_ok: bool = True
     unseen: np.ndarray | None = None
-    feet: np.ndarray | None = None
-    filtered_feet: np.ndarray | None = None
+    layout: Layout = H36M17
 
     def rows(self, rows: slice) -> TakeJoints:
         """Some of its frames."""
@@ -74,8 +73,8 @@ class LiftErrors:
 
 
 def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
-    """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where feet are given. errors:
-    None of joints that no lifter made."""
+    """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where the layout has heels and
+    toes. errors: None of joints that no lifter made."""
     size = None
     if errors is not None:
         size = noise_size(of.filtered, errors.error_deg, errors.up_error_deg, errors.noise, errors.stated)
@@ -92,7 +91,8 @@ def _angles(
     turned = np.asarray(is_finite(of.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], of.R_source_from_body, np.eye(3))
-    body = rotate(transpose(R), of.filtered)
+    points = rotate(transpose(R), of.filtered)
+    body = points[:, : len(H36M17)]
     values = angles(body)
     unknown, sd, beyond = np.full(len(body), np.nan), {}, None
     noise = shipped_noise() if errors is None else errors.noise
@@ -101,18 +101,15 @@ def _angles(
             body, of.R_source_from_body, errors.error_deg[rows], errors.up_error_deg[rows], size[rows], noise
         )
         beyond = None if errors.growth is None else errors.growth[rows]
-    there, left = is_finite(of.joints), is_finite(of.filtered)
+    there, left = (is_finite(toes_completed(joints, of.layout)) for joints in (of.joints, of.filtered))
     hidden = np.zeros(there.shape, dtype=bool) if of.unseen is None else of.unseen & ~there
-    defined, points = ANGLES, H36M17.joints
-    if of.feet is not None and of.filtered_feet is not None:
-        defined, points = ANGLES | FOOT_ANGLES, (*H36M17.joints, *FEET.joints)
-        values |= foot_angles(body, rotate(transpose(R), of.filtered_feet))
-        there = np.concatenate([there, is_finite(toes_completed(of.feet))], axis=1)
-        left = np.concatenate([left, is_finite(toes_completed(of.filtered_feet))], axis=1)
-        hidden = np.concatenate([hidden, hidden[:, H36M17.indices(FEET_ANKLES)]], axis=1)
+    defined = ANGLES
+    if has_foot_angles(of.layout):
+        defined = ANGLES | FOOT_ANGLES
+        values |= foot_angles(points, of.layout)
     out = {}
     for name, angle in defined.items():
-        parts = [points.index(joint) for joint in angle.joints]
+        parts = of.layout.indices([joint for joint in angle.joints if joint in of.layout])
         own, tilt = sd.get(name, (unknown, unknown))
         whole = noise.whole(name, own, tilt, values[name], beyond)
         seen, kept = there[:, parts].all(axis=1), left[:, parts].all(axis=1)
@@ -135,7 +132,8 @@ def _angles(
 
 def growth_of(of: TakeJoints, time_s: np.ndarray) -> np.ndarray:
     """(T, 4) of posture.growth, at times (T,)."""
-    return growth(features(rotate(transpose(of.R_source_from_body), of.filtered), time_s))
+    filtered = of.filtered[:, : len(H36M17)]
+    return growth(features(rotate(transpose(of.R_source_from_body), filtered), time_s))
 
 
 def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
@@ -156,22 +154,20 @@ def angle_series(
     """`take_angles` of poses that are rectified, and their times (T,). filtered: rectified's LEVEL through the low-
     pass; noise: of the lifter that made them, None where it was not measured. InputError for another layout or frame.
     """
-    if poses.layout != H36M17:
+    if not poses.layout.is_body:
         raise InputError(
             "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
         )
     require(filtered.frame, LEVEL, "Angles' filtered joints")
     source, R_reference_from_source = in_reference(poses)
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
-    feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
     of = TakeJoints(
         source.joints,
         rotate(R_reference_from_level.astype(np.float32), filtered.joints),
         R_reference_from_source @ rectified.R_source_from_body,
         level_ok=rectified.level_ok,
         unseen=poses.confidence == 0,
-        feet=source.feet,
-        filtered_feet=feet,
+        layout=poses.layout,
     )
     errors = None
     if noise is not None:

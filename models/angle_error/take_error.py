@@ -56,8 +56,8 @@ def _by_second(poses: PoseSequence, second: PoseSequence) -> float:
         poses.frame_index, second.frame_index, assume_unique=True, return_indices=True
     )
     bodies = [
-        one.joints[at].astype(np.float64) / implied_stature(one.joints)
-        for one, at in ((poses, rows), (second, others))
+        of.without_feet.joints[at].astype(np.float64) / implied_stature(of.joints)
+        for of, at in ((poses, rows), (second, others))
     ]
     both = np.asarray(is_finite(bodies[0]).all(axis=1) & is_finite(bodies[1]).all(axis=1))
     if both.sum() < _FEWEST:

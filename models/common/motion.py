@@ -79,7 +79,8 @@ def motion_of(take: Take) -> Motion:
     """Of a take that is rectified, filtered and has its kinematics; InputError for another."""
     poses, rectified, filtered = take.need("poses"), take.need("rectified"), take.need("filtered")
     residuals, unsure = residuals_of(take), unsure_joints(take)
-    known = np.asarray(is_finite(filtered.joints)).copy()
+    joints = filtered.without_feet.joints
+    known = np.asarray(is_finite(joints)).copy()
     for joint, rows in unsure.items():
         known[rows, H36M17.index(joint)] = False
     for limb, rows in contradicted(residuals, poses.times).items():
@@ -94,7 +95,7 @@ def motion_of(take: Take) -> Motion:
         source=poses,
         filtered=filtered,
         rectified=rectified,
-        body=rotate(R_body_from_level, filtered.joints),  # in double precision, as the rotations are
+        body=rotate(R_body_from_level, joints),  # in double precision, as the rotations are
         columns=take.need("kinematics"),
         seams=breaks(filtered),
         known=known,

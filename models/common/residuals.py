@@ -60,8 +60,9 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     """
     require(poses.frame, CAMERA, "residuals")
     rays, trust = keypoint_rays(poses, keypoints, camera)
-    stature = implied_stature(poses.joints)
-    joints = poses.joints / stature if stature > 0 else np.full_like(poses.joints, np.nan)
+    joints = poses.without_feet.joints
+    stature = implied_stature(joints)
+    joints = joints / stature if stature > 0 else np.full_like(joints, np.nan)
     use = H36M17.indices(JOINTS)
     px, statures = np.empty_like(rays), np.empty_like(rays)
     for rows in blocks(len(joints)):
@@ -114,7 +115,7 @@ def _beside(take: Take) -> tuple[PoseSequence, PoseSequence, Camera] | None:
     poses, keypoints, camera = take.poses, take.keypoints, take.camera
     if poses is None or keypoints is None or camera is None:
         return None
-    if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or poses.layout != H36M17:
+    if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or not poses.layout.is_body:
         return None
     return poses, keypoints, camera
 

@@ -12,6 +12,7 @@ from ...pipeline.core.pose import PoseSequence
 def stated_spread(poses: PoseSequence) -> np.ndarray:
     """(T,) geometric mean of the joints' stated standard deviations over axes and joints, as a share of stature; NaN
     where nobody states them. poses: H36M17; the pelvis, from which the others are counted, is left out."""
+    poses = poses.without_feet
     if poses.covariance is None:
         return np.full(len(poses), np.nan)
     others = [joint != "pelvis" for joint in poses.layout.joints]

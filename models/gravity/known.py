@@ -30,6 +30,7 @@ def known_up(
     if not told and look is None:
         return None
     rows = np.unique(np.linspace(0, len(poses) - 1, min(len(poses), _VOTES)).astype(int))
+    poses = poses.without_feet
     R, error_deg = rectifier.rotation(poses.joints[rows])
     seen = Seen(poses.joints[rows], R, error_deg, poses.times[rows], spread=stated_spread(poses)[rows])
     up = static_up(seen, told, look)
@@ -46,6 +47,7 @@ def known_moving_up(poses: PoseSequence, rectifier: Rectifier, looks: Sequence[L
     said = timed(looks, poses)
     if not said:
         return None
+    poses = poses.without_feet
     R, error_deg = take_rotation(rectifier, poses.joints, poses.times, poses.seams)
     seen = Seen(poses.joints, R, error_deg, poses.times, poses.seams, spread=stated_spread(poses))
     bodies = sliding_up(seen)

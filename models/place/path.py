@@ -61,7 +61,7 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     require(poses.frame, CAMERA, "pelvis_path")
     rays, trust = keypoint_rays(poses, keypoints, camera)
     focal_sd = camera.focal_sd_px / camera.focal_px
-    path = _path(poses.joints, rays, trust, poses.times, focal_sd)
+    path = _path(poses.without_feet.joints, rays, trust, poses.times, focal_sd)
     if path is None or camera.shake_rad == 0:
         return path
     across = (camera.shake_rad * path.root[:, 2, None]) ** 2 * [1.0, 1.0, 0.0]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .layouts import H36M17, Layout
+from .layouts import FEET, H36M17, Layout
 from .pose import PoseSequence
 
 STATURES_M = (0.4, 2.6)  # of people, from newborns on
@@ -67,8 +67,8 @@ def floor_height(level: PoseSequence) -> float:
     where a source has them, and ANKLE_HEIGHT below the ankle else. NaN where neither is ever known."""
     soles = level.joints[:, level.layout.indices(("r_ankle", "l_ankle")), 2].astype(np.float64)
     soles -= ANKLE_HEIGHT * implied_stature(level.joints)
-    if level.feet is not None:
-        soles = np.concatenate([soles, level.feet[:, :, 2]], axis=1)
+    feet = level.layout.indices([point for point in FEET.joints if point in level.layout])
+    soles = np.concatenate([soles, level.joints[:, feet, 2]], axis=1)
     lowest = np.fmin.reduce(soles, axis=1) + (0.0 if level.root is None else level.root[:, 2])
     known = lowest[np.isfinite(lowest)]
     return float(np.median(known)) if len(known) else float("nan")

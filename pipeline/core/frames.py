@@ -165,7 +165,7 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
         )
     if source.origin != to.origin:
         path, pelvis = _place(poses), poses.joint("pelvis").astype(np.float64)[:, None]
-        poses = poses.mapped(lambda points: points - pelvis, covariance=poses.covariance, path=path)
+        poses = poses.with_(joints=poses.joints - pelvis, covariance=poses.covariance, path=path)
     return poses.moved(matrix * factor, frame=to).noted("change_frame", source=source.name, to=to.name)
 
 

@@ -6,7 +6,7 @@ subject's own left and right.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -46,7 +46,6 @@ _RULES: dict[str, tuple[tuple[str, ...], ...]] = {
     "l_big_toe": (("l_foot_index",),),
     "r_big_toe": (("r_foot_index",),),
 }
-_OF_HEAD = ("nose", "head")
 # Joints that are the same point under another name; everything else a rule makes is called derived.
 _ALIASES = {("thorax", ("neck",)), ("head", ("head_top",))}
 
@@ -80,6 +79,12 @@ class Layout:
 
     def indices(self, joints: Sequence[str]) -> list[int]:
         return [self.index(joint) for joint in joints]
+
+    @property
+    def is_body(self) -> bool:
+        """Whether it is H36M17, with or without heels and toes behind."""
+        count = len(H36M17)
+        return self.joints[:count] == H36M17.joints and all(point in FEET for point in self.joints[count:])
 
     @property
     def mirror(self) -> np.ndarray:
@@ -219,9 +224,16 @@ IN_2D = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPO
 # Those that are the first joints of a body with face and hands, by the number of all.
 WHOLE_BODIES = {133: COCO23, 136: HALPE26, 94: HALPE26, 68: HALPE26, 135: BODY_25B, 137: BODY_25, 308: MHR70}
 
-# Heels and toes, which ride along beside a layout that has none (PoseSequence.feet).
+# Heels and toes, which stand behind the joints of H36M17 where a source has them (body_in).
 FEET = Layout("FEET", tuple(f"{side}_{part}" for side in "rl" for part in ("big_toe", "small_toe", "heel")))
-FEET_ANKLES = tuple(f"{point[:2]}ankle" for point in FEET.joints)  # the ankle above each point
+_MAY_LACK = ("nose", "head", *FEET.joints)  # joints that a body may lack throughout
+
+
+def body_of(points: Iterable[str]) -> Layout:
+    """H36M17, and behind it those of the points that are heels and toes, each with its partner on the other side."""
+    points = set(points)
+    feet = tuple(point for point in FEET.joints if {point, _other_side(point)} & points)
+    return Layout(f"{H36M17.name} and feet", (*H36M17.joints, *feet)) if feet else H36M17
 
 
 def layout_named(name: str) -> Layout:
@@ -249,20 +261,21 @@ def layouts_of(joints: int, where: str, layouts: Sequence[Layout] = IN_2D) -> Se
 
 
 def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
-    """The same skeleton in another layout, by joint name.
+    """The same skeleton in another layout, by joint name; `body_in` is H36M17 with heels and toes.
 
     A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file.
     Its confidence is the least of theirs; a NaN among them makes it NaN. `derived` names such joints; the history says
-    how they were made. Heels and toes of the source become the poses' `feet` where the layout has none.
-    InputError when no rule gives a joint; but bodies without head or nose have these missing throughout.
+    how they were made.
+    InputError when no rule gives a joint; but bodies without head or nose have these missing throughout, and those
+    with some of the heels and toes the others.
     """
     source = poses.layout
     if source.joints == to.joints:
-        return poses if source == to else poses.with_(layout=to, feet=poses.feet)
+        return poses if source == to else poses.with_(layout=to)
     columns, confidences, derived = [], [], {}
     for joint in to.joints:
         parts = _sources(joint, source)
-        if not parts and joint in _OF_HEAD:
+        if not parts and joint in _MAY_LACK:
             columns.append(np.full_like(poses.joints[:, 0], np.nan))
             confidences.append(np.full_like(poses.confidence[:, 0], np.nan))
             continue
@@ -277,40 +290,17 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
         columns.append(poses.joints[:, rows[0]] if one else poses.joints[:, rows].mean(axis=1))
         confidences.append(poses.confidence[:, rows[0]] if one else poses.confidence[:, rows].min(axis=1))
         if parts != (joint,) and (joint, parts) not in _ALIASES:
-            derived[joint] = f"mean({', '.join(parts)})"
-    feet, feet_derived = _feet(poses, to)
+            derived[joint] = parts[0] if one else f"mean({', '.join(parts)})"
     return poses.with_(
-        joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to, feet=feet
-    ).deriving("remap", derived | feet_derived, source=source.name, to=to.name)
+        joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to
+    ).deriving("remap", derived, source=source.name, to=to.name)
 
 
-def _feet(poses: PoseSequence, to: Layout) -> tuple[np.ndarray | None, dict[str, str]]:
-    """(T, 6, D) in the order of FEET, NaN for points that the source lacks, and what the derived ones are made of; None
-    where the source has none or the layout `to` has them as joints."""
-    parts = {joint: _sources(joint, poses.layout) for joint in FEET.joints}
-    if any(joint in to for joint in parts):
-        return None, {}
-    if not any(parts.values()):
-        return poses.feet, {}
-    feet = np.full((len(poses), len(FEET), poses.frame.dims), np.nan, np.float32)
-    for i, found in enumerate(parts.values()):
-        if found:
-            feet[:, i] = poses.joints[:, poses.layout.index(found[0])]
-    return feet, {joint: found[0] for joint, found in parts.items() if found and found != (joint,)}
-
-
-def with_feet(poses: PoseSequence) -> PoseSequence:
-    """Joints and feet in one layout, for drawings and exports: points of the feet that the poses never have are left
-    out, the others follow the joints, with unknown confidence. Poses without feet as they are."""
-    if poses.feet is None:
-        return poses
-    seen = np.flatnonzero(np.isfinite(poses.feet).any(axis=(0, 2)))
-    layout = Layout(f"{poses.layout.name} and feet", (*poses.layout.joints, *(FEET.joints[i] for i in seen)))
-    unknown = np.full((len(poses), len(seen)), np.nan, np.float32)
-    return poses.with_(
-        joints=np.concatenate([poses.joints, poses.feet[:, seen]], axis=1),
-        confidence=np.concatenate([poses.confidence, unknown], axis=1),
-        layout=layout,
+def body_in(poses: PoseSequence) -> Layout:
+    """H36M17, and behind it the heels and toes that are ever there."""
+    sources = {point: _sources(point, poses.layout) for point in FEET.joints}
+    return body_of(
+        point for point, parts in sources.items() if parts and np.isfinite(poses.joint(parts[0])).any()
     )
 
 

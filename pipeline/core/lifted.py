@@ -80,7 +80,7 @@ class Lifted:
     def __post_init__(self) -> None:
         layout, frame = self.poses.layout, self.poses.frame
         where = (CAMERA.family, CAMERA.axes, "pelvis")
-        if layout.joints != H36M17.joints or (frame.family, frame.axes, frame.origin) != where:
+        if not layout.is_body or (frame.family, frame.axes, frame.origin) != where:
             raise InputError(
                 "plugin-broken",
                 f"Expected the lifter {self.model} to return poses of {H36M17.name} in {CAMERA.name} axes relative "

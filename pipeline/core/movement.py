@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .layouts import with_feet
 from .pose import PoseSequence
 
 Variable = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
@@ -25,9 +24,8 @@ class Dataset(NamedTuple):
 
 
 def dataset_of(poses: PoseSequence) -> Dataset:
-    """`position` (time, space, keypoint, individual) and `confidence` (time, keypoint, individual) of one person, heels
-    and toes among the joints. InputError without time stamps."""
-    poses = with_feet(poses)
+    """`position` (time, space, keypoint, individual) and `confidence` (time, keypoint, individual) of one person.
+    InputError without time stamps."""
     coordinates = {
         "time": poses.times, "space": list("xyz"), "keypoint": list(poses.layout.joints), "individual": [poses.person],
     }  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 from .blocks import blocks
 from .errors import InputError
 from .frames import BODY, CAMERA, LEVEL, Frame, require
-from .layouts import FEET, Layout
+from .layouts import H36M17, Layout
 from .messages import bound_in_words, how_many, in_one_line, rate_in_words
 from .notices import Notice
 from .path import RootPath, check_shape, moved_covariance, owned
@@ -58,23 +58,21 @@ UNSAID = MadeBy()
 
 
 class PerFrame(NamedTuple):
-    """A field of PoseSequence with a row a frame. trailing: the shape of a row, in letters: J joints, F points of the
-    feet, D coordinates. finite: infinite values are refused. gaps: a frame without data has NaN there."""
+    """A field of PoseSequence with a row a frame. trailing: the shape of a row, in letters: J joints, D coordinates.
+    gaps: a frame without data has NaN there."""
 
     dtype: type
     trailing: str = ""
-    finite: bool = False
     gaps: bool = True
 
 
 # Checks, rows, frames that are put in, and whatever else takes a sequence apart go by this and the path.
 PER_FRAME = {
-    "joints": PerFrame(np.float32, "JD"),  # finite, which is checked in words of its own
+    "joints": PerFrame(np.float32, "JD"),
     "confidence": PerFrame(np.float32, "J"),
     "time_s": PerFrame(np.float64, gaps=False),
     "frame_index": PerFrame(np.int64, gaps=False),
     "covariance": PerFrame(np.float32, "JDD"),
-    "feet": PerFrame(np.float32, "FD", finite=True),
 }
 
 
@@ -99,8 +97,6 @@ class PoseSequence:
     covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it for
         a frame; for a take's filtered joints that of the whole error (models/angle_error/joint_covariance.py). NaN
         where missing, None if it is not known.
-    feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
-        joints; NaN where missing, None when the source has none.
     linked: the source has no names of people, so the adapter followed them from frame to frame and numbered them.
     scene: which scene of the video shows the person, counted from 0; 0 also if cuts are not known.
     detected_in: SHA-256 of the video whose images keypoints were found in and whose frames number them; "" if the
@@ -121,7 +117,6 @@ class PoseSequence:
     history: tuple[Step, ...] = ()
     path: RootPath | None = None
     covariance: np.ndarray | None = None
-    feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
     derived: frozenset[str] = frozenset()
     notices: tuple[Notice, ...] = ()
@@ -153,10 +148,10 @@ class PoseSequence:
             arrays["frame_index"] = np.arange(rows)
             object.__setattr__(self, "frames_known", False)
         confidence = arrays.setdefault("confidence", np.full(joints.shape[:2], np.nan, np.float32))
-        sizes = {"J": len(self.layout), "F": len(FEET), "D": dims}
+        sizes = {"J": len(self.layout), "D": dims}
         for name, array in arrays.items():
             of = PER_FRAME[name]
-            check_shape(name, array, (rows, *(sizes[letter] for letter in of.trailing)), of.finite)
+            check_shape(name, array, (rows, *(sizes[letter] for letter in of.trailing)))
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
@@ -263,37 +258,38 @@ class PoseSequence:
         answers = {name: function(values) for name, values in held.items() if values is not None}
         return answers if self.path is None else {**answers, "path": self.path.each(function)}
 
+    @property
+    def without_feet(self) -> PoseSequence:
+        """The same in H36M17, without the heels and toes that stand behind; of another layout itself."""
+        if self.layout == H36M17 or not self.layout.is_body:
+            return self
+        of_joints = [name for name, of in PER_FRAME.items() if of.trailing.startswith("J")]
+        body = {
+            name: values[:, : len(H36M17)]
+            for name in of_joints
+            if (values := getattr(self, name)) is not None
+        }
+        return replace(self, layout=H36M17, **body)
+
     def with_(self, **changes: Any) -> PoseSequence:
-        """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance and no feet unless
-        they are given: the caller that moves the joints moves their errors and the feet too (`mapped`)."""
+        """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance unless it is
+        given: the caller that moves the joints moves their errors too."""
         if changes.keys() & {"joints", "layout", "frame"}:
-            changes = {"covariance": None, "feet": None, **changes}
+            changes = {"covariance": None, **changes}
         return replace(self, **changes)
 
-    def mapped(self, function: Callable[[np.ndarray], np.ndarray], **changes: Any) -> PoseSequence:
-        """A copy whose joints and feet `function` has moved alike, (T, N, D) -> (T, N, D), with other changes as those
-        of `with_`."""
-        feet = None if self.feet is None else function(self.feet)
-        return self.with_(**{"joints": function(self.joints), "feet": feet, **changes})
-
     def moved(self, A: np.ndarray, **changes: Any) -> PoseSequence:
-        """A copy of all points x as A x, A (D, D) or, one a frame, (T, D, D), in A's precision: joints, feet, and the
-        errors of both; the path too, but that of turns of each frame's own, which leave none. With other changes as
-        those of `with_`."""
+        """A copy of all joints x as A x, A (D, D) or, one a frame, (T, D, D), in A's precision, with their errors; the
+        path too, but that of turns of each frame's own, which leave none. With other changes as those of `with_`."""
         A = np.asarray(A)
         precision = np.result_type(A, np.float32)
-
-        def linear(points: np.ndarray) -> np.ndarray:
-            result = np.empty(points.shape, np.float32)
-            for rows in blocks(len(points)):
-                result[rows] = rotate(A if A.ndim == 2 else A[rows], points[rows].astype(precision))
-            result.setflags(write=False)
-            return result
-
+        joints = np.empty(self.joints.shape, np.float32)
+        for rows in blocks(len(joints)):
+            joints[rows] = rotate(A if A.ndim == 2 else A[rows], self.joints[rows].astype(precision))
+        joints.setflags(write=False)
         path = self.path.moved(A) if self.path is not None and A.ndim == 2 else None
-        return self.mapped(
-            linear, **{"path": path, "covariance": moved_covariance(self.covariance, A), **changes}
-        )
+        covariance = moved_covariance(self.covariance, A)
+        return self.with_(**{"joints": joints, "path": path, "covariance": covariance, **changes})
 
     def without(self, hidden: np.ndarray, **changes: Any) -> PoseSequence:
         """A copy in which these joints (T, J) are missing, with a confidence of 0; with other changes as those of

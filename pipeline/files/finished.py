@@ -13,7 +13,7 @@ from ..core.camera import Background, Camera, FocalSource, view_rotation
 from ..core.catalogue import About, Weight
 from ..core.errors import InputError
 from ..core.frames import IMAGE, LEVEL, Frame
-from ..core.layouts import H36M17, Layout
+from ..core.layouts import Layout, body_of
 from ..core.notices import Notice, grave
 from ..core.path import RootPath
 from ..core.pose import MadeBy, PoseSequence, Rectified, Step
@@ -125,7 +125,7 @@ def read_run(folder: str | Path) -> Take:
 
     What no file of a run holds is None or empty: the video, the errors of smoothed poses, the stated errors of joints,
     the images that show which way is up, confidences of poses, and findings that do not make
-    the poses doubtful. The pelvis path and heels and toes are in `rectified.level`. The error of an estimated path
+    the poses doubtful. The pelvis path is in `rectified.level`. The error of an estimated path
     has its standard deviations along LEVEL's axes, without their correlations.
 
     Raises InputError where no run has finished, and for files that are damaged or of another version.
@@ -193,7 +193,7 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
     of = summary.poses
     return PoseSequence(
         arrays["source"],
-        H36M17,
+        body_of(map(str, arrays["joint_names"])),
         of.frame,
         time_s=arrays["time_s"],
         frame_index=arrays["frame_index"],
@@ -214,7 +214,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
             joints=arrays["level"],
             frame=LEVEL.with_(unit=unit),
             path=path,
-            feet=_where_known(arrays["feet"]),
         ),
         method=of.method,
         level_heading=of.level_heading,

@@ -63,6 +63,7 @@ def draw(poses: PoseSequence, path: Path) -> None:
 
     if path.suffix.lower() != ".png":
         raise InputError("bad-value", f"Expected an image name that ends in .png, got {path}.")
+    poses = poses.without_feet
     rows = np.flatnonzero(whole_rows(poses))
     if not len(rows):
         raise InputError("nothing-usable", "There is no complete frame that could be drawn.")

@@ -88,7 +88,7 @@ def poses_given(
     if isinstance(values, PoseSequence):
         meaning.refuse()
         poses = values if fps is None else timed(values, fps)
-        whole = poses.layout == H36M17 and poses.frame.dims == 3
+        whole = poses.layout.is_body and poses.frame.dims == 3
         return guarded(poses, guards.handedness, "The poses", guards.check) if whole else poses
     return normalised(_poses(values, meaning, guards), "The array of poses", fps, guards)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.frames import CAMERA, change_frame
-from ..core.layouts import H36M17, remap
+from ..core.layouts import body_in, remap
 from ..core.messages import how_many
 from ..core.notices import notice
 from ..core.pose import PoseSequence
@@ -46,7 +46,8 @@ def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guard
     check_size(poses, where)
     if poses.frame.dims == 2:
         return poses
-    poses = remap(_missing(poses, where, guards.missing), H36M17)
+    poses = _missing(poses, where, guards.missing)
+    poses = remap(poses, body_in(poses))
     own = CAMERA if poses.frame.family == "camera" else poses.frame
     poses = change_frame(
         poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
@@ -82,5 +83,5 @@ def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
             "pass --set read.missing=gap to treat them as gaps.",
         )
     counted = ", ".join(_in_words(what, count) for what, count in counts.items() if count)
-    poses = poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points))
+    poses = poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints))
     return poses.noted("missing", **counts).saying(notice("gaps-as-asked", counts=counted))

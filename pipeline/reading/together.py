@@ -109,7 +109,7 @@ class _Compared:
         use = H36M17.indices(JOINTS)
         self.frames = keypoints.frame_index.astype(np.float64)
         times = self.frames if keypoints.time_s is None else keypoints.time_s
-        every = poses.rows(0, 1).with_(  # a pose in each row of the keypoints, for their rays
+        every = poses.without_feet.rows(0, 1).with_(  # a pose in each row of the keypoints, for their rays
             joints=np.zeros((len(keypoints), len(H36M17), 3), np.float32), time_s=times,
             frame_index=keypoints.frame_index, confidence=None, path=None, seams=(),
         )  # fmt: skip

@@ -201,14 +201,15 @@ OF_BOTH = tuple(dict.fromkeys(map(of_both, ANGLES)))  # names without sides
 
 
 def angles(body: np.ndarray) -> dict[str, np.ndarray]:
-    """(...,) degrees by name of ANGLES. body: (..., 17, 3), H36M17 in BODY, any unit and origin.
+    """(...,) degrees by name of ANGLES. body: (..., J, 3), H36M17 in BODY, any unit and origin; what stands behind its
+    joints is not looked at.
 
     NaN where a joint is missing, or where the angle is not defined: a limb along its own axis of measurement.
     Where only angles without `needs_gravity` matter the joints may be in any right-handed axes.
     """
     # Joints and their axes first, (17, 3, ...): whole arrays of x, y and z are many times as quick as three at a time.
     points = np.moveaxis(np.asarray(body, dtype=np.float64), (-2, -1), (0, 1))
-    at = dict(zip(H36M17.joints, np.ascontiguousarray(points), strict=True))
+    at = dict(zip(H36M17.joints, np.ascontiguousarray(points[: len(H36M17)]), strict=True))
     trunk = _unit(at["thorax"] - at["pelvis"])
     hips, shoulders = (_unit(at[f"r_{part}"] - at[f"l_{part}"]) for part in ("hip", "shoulder"))
     thorax_forward, thorax_up = trunk_axes(shoulders, trunk)

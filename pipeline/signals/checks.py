@@ -183,14 +183,16 @@ def bone_spread(poses: PoseSequence) -> float:
 def empty_rows(poses: PoseSequence) -> np.ndarray:
     """(T,) True where all joints that are there, more than two, lie on one point, as failed frames do that were filled
     with zeros; a joint that the source never has stays NaN in these too."""
-    there = np.isfinite(poses.joints).all(axis=-1, keepdims=True)
-    lowest = np.where(there, poses.joints, np.inf).min(axis=1)
-    highest = np.where(there, poses.joints, -np.inf).max(axis=1)
+    joints = poses.without_feet.joints
+    there = np.isfinite(joints).all(axis=-1, keepdims=True)
+    lowest = np.where(there, joints, np.inf).min(axis=1)
+    highest = np.where(there, joints, -np.inf).max(axis=1)
     return (lowest == highest).all(axis=-1) & (there.sum(axis=(1, 2)) > 2)
 
 
 def whole_rows(poses: PoseSequence) -> np.ndarray:
     """(T,) True where no joint is missing, but for those of head and limbs that no row has: the source lacks these."""
+    poses = poses.without_feet
     there = np.asarray(is_finite(poses.joints))
     lacks = ~there.any(axis=0) & ~np.isin(poses.layout.joints, _OF_TRUNK)
     return np.asarray((there | lacks).all(axis=1) & there.any(axis=1))
@@ -198,7 +200,7 @@ def whole_rows(poses: PoseSequence) -> np.ndarray:
 
 def upside_down(poses: PoseSequence) -> list[Notice]:
     """A notice where the head is well below the feet nearly all the time. poses: H36M17 in 3D, any axes."""
-    rows = np.flatnonzero(np.asarray(is_finite(poses.joints)).all(axis=1))
+    rows = np.flatnonzero(np.asarray(is_finite(poses.without_feet.joints)).all(axis=1))
     if not len(rows) or poses.frame.family not in _UP:
         return []
     up = (poses.frame.basis @ _UP[poses.frame.family]).astype(np.float32)
@@ -274,14 +276,15 @@ def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
 def movement(poses: PoseSequence) -> np.ndarray:
     """Mean movement of the joints (T, 17, 3) relative to the pelvis, from row to row: (rows - 1,) trunk lengths, NaN
     where a row is not whole."""
-    joints = poses.joints[:, np.isfinite(poses.joints).any(axis=(0, 2))].astype(np.float64)
+    joints = poses.without_feet.joints
+    joints = joints[:, np.isfinite(joints).any(axis=(0, 2))].astype(np.float64)
     moved = np.linalg.norm(np.diff(joints, axis=0), axis=-1)
     return moved.sum(axis=1) / max(moved.shape[1], 1) / trunk_of(poses)
 
 
 def moves(poses: PoseSequence) -> bool:
     """Whether some joint goes further than those of lifts wander where nobody moves."""
-    joints = poses.joints[whole_rows(poses)].astype(np.float64)
+    joints = poses.without_feet.joints[whole_rows(poses)].astype(np.float64)
     goes = np.linalg.norm(np.ptp(joints, axis=0), axis=-1) if len(joints) else np.zeros(1)
     return bool((goes > _WANDER * trunk_of(poses)).any())
 

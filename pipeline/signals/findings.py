@@ -57,6 +57,7 @@ def findings_of(
     """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; source: the
     same person as the adapter gives it, where there was a file; swaps: of find_swaps in these poses, where it was asked
     already."""
+    poses = poses.without_feet
     before, unit = ([], "m") if source is None else (source_findings(source), source.frame.unit)
     swaps = find_swaps(poses) if swaps is None else swaps
     return (*row_findings(poses), *before, *pose_findings(poses, unit), *swap_findings(poses, swaps))

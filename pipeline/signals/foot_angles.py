@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.layouts import FEET, H36M17
+from ..core.layouts import Layout
 from ..core.rotations import is_finite, unit
 from .angles import ANGLES, Angle, of_both
 
@@ -51,30 +51,34 @@ ALL_ANGLES = ANGLES | FOOT_ANGLES
 ALL_OF_BOTH = tuple(dict.fromkeys(map(of_both, ALL_ANGLES)))  # names without sides
 
 
-def toes_completed(feet: np.ndarray) -> np.ndarray:
-    """Feet (T, 6, 3) in the order of FEET with the big toe for a small toe that is never there."""
-    feet = np.array(feet, dtype=np.float64)
+def has_foot_angles(layout: Layout) -> bool:
+    """Whether it has the points that every angle of the feet needs."""
+    return all(f"{side}_{point}" in layout for side in "rl" for point in ("heel", "big_toe"))
+
+
+def toes_completed(joints: np.ndarray, layout: Layout) -> np.ndarray:
+    """Joints (T, J, 3) with the big toe for a small toe that is never there."""
+    joints = np.array(joints, dtype=np.float64)
     for side in ("r", "l"):
-        big, small = FEET.indices((f"{side}_big_toe", f"{side}_small_toe"))
-        if not is_finite(feet[:, small]).any():
-            feet[:, small] = feet[:, big]
-    return feet
+        big, small = f"{side}_big_toe", f"{side}_small_toe"
+        if small in layout and not is_finite(joints[:, layout.index(small)]).any():
+            joints[:, layout.index(small)] = joints[:, layout.index(big)]
+    return joints
 
 
-def foot_angles(body: np.ndarray, feet: np.ndarray) -> dict[str, np.ndarray]:
-    """(T,) degrees by name of FOOT_ANGLES. body: (T, 17, 3) H36M17 in BODY; feet: (T, 6, 3), FEET, in the same axes,
-    from the same origin and in the same unit.
+def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
+    """(T,) degrees by name of FOOT_ANGLES. body: (T, J, 3) in BODY. layout: one with `has_foot_angles`.
 
-    NaN where a point is missing, and the progression of a foot that stands upright. Where only the ankles matter both
+    NaN where a point is missing, and the progression of a foot that stands upright. Where only the ankles matter they
     may be in any axes.
     """
-    at = dict(zip(H36M17.joints, np.moveaxis(np.asarray(body, dtype=np.float64), -2, 0), strict=True))
-    at |= dict(zip(FEET.joints, np.moveaxis(toes_completed(feet), -2, 0), strict=True))
+    at = dict(zip(layout.joints, np.moveaxis(toes_completed(body, layout), -2, 0), strict=True))
     facing = np.isfinite(sum(at[joint] for joint in _FACING)).all(axis=-1)
     of = {}
     for side, out in (("r", 1.0), ("l", -1.0)):
         shank = unit(at[f"{side}_knee"] - at[f"{side}_ankle"])
-        toes = (at[f"{side}_big_toe"] + at[f"{side}_small_toe"]) / 2
+        big = at[f"{side}_big_toe"]
+        toes = (big + at.get(f"{side}_small_toe", big)) / 2
         foot = unit(toes - at[f"{side}_heel"])
         # The sine of 90 degrees less the angle between the two is their cosine.
         between = np.einsum("...i,...i->...", shank, foot)

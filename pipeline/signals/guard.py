@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.layouts import FEET, H36M17, LEG
+from ..core.layouts import FEET, LEG
 from ..core.notices import Notice, grave, notice
 from ..core.pose import PoseSequence
 from ..core.take import Check, Handedness, Take
@@ -32,7 +32,7 @@ def doubts(poses: PoseSequence) -> tuple[Notice, ...]:
 
 
 def _judged(poses: PoseSequence) -> bool:
-    return poses.layout == H36M17 and poses.frame.family in ("camera", "world")
+    return poses.layout.is_body and poses.frame.family in ("camera", "world")
 
 
 def guarded(poses: PoseSequence, handedness: Handedness, where: str, check: Check = "refuse") -> PoseSequence:
@@ -95,13 +95,12 @@ def repaired(poses: PoseSequence, handedness: Handedness) -> PoseSequence:
     if handedness == "mirror":
         return poses.moved(np.diag([-1.0, 1.0, 1.0])).noted("handedness", repair=handedness)
     order = np.arange(len(poses.layout))
-    legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in LEG])
+    legs = [i for i, joint in enumerate(poses.layout.joints) if joint[2:] in LEG or joint in FEET]
     swapped = legs if handedness == "swap-legs" else order
     order[swapped] = poses.layout.mirror[swapped]
-    covariance, feet = poses.covariance, poses.feet
+    covariance = poses.covariance
     return poses.with_(
         joints=poses.joints[:, order],
         confidence=poses.confidence[:, order],
         covariance=None if covariance is None else covariance[:, order],
-        feet=None if feet is None else feet[:, FEET.mirror],
     ).noted("handedness", repair=handedness)

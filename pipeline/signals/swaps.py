@@ -156,7 +156,8 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     """
     if any(joint not in poses.layout for joint in TRUNK_CORNERS):
         return ()
-    joints = without_made_nose(poses).joints.astype(np.float64)
+    poses = without_made_nose(poses.without_feet)
+    joints = poses.joints.astype(np.float64)
     # At 30 frames a second where the rate is unknown: little depends on it here.
     times = poses.frame_index / 30.0 if poses.time_s is None else poses.time_s.astype(np.float64)
     ways, layout = _ways(poses.layout), poses.layout
@@ -399,14 +400,11 @@ def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     """A copy in which the joints of certain swaps are missing; the history lists them."""
     ways = _ways(poses.layout)
     joints = poses.joints.copy()
-    feet = None if poses.feet is None else poses.feet.copy()
     certain = [swap for swap in swaps if swap.certain]
     for swap in certain:
         way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
         joints[rows, way.pairs] = np.nan
-        if feet is not None and way.limb == "leg":
-            feet[rows] = np.nan
-    return poses.with_(joints=joints, feet=feet).noted("swaps", masked=as_frames(poses, certain))
+    return poses.with_(joints=joints).noted("swaps", masked=as_frames(poses, certain))
 
 
 def _ways(layout: Layout) -> dict[str, Kind]:
@@ -517,7 +515,7 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
     wrong = np.isin(poses.frame_index, frames)
     if how == "report":
         return poses, notice("swapped-keypoints", wrong=int(wrong.sum()))
-    masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
+    masked = poses.with_(joints=np.where(wrong[:, None, None], np.nan, poses.joints))
     count, where = int(wrong.sum()), "where those of the keypoints are exchanged"
     said = notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses))
     return masked.noted("swaps", rows_masked=count), said

@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.intrinsics import undistorted, undistorted_image
-from ...pipeline.core.layouts import Layout, with_feet
+from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
@@ -108,7 +108,7 @@ class _Page:
         side = _even(self.image_size[1] / 2)
         self.size = self.image_size[0] + len(_SIDES) * side, self.image_size[1]
         self.camera = take.camera
-        self.body = with_feet(take.need("rectified").body)
+        self.body = take.need("rectified").body
         self.rows = _by_frame(self.body)
         self.angles = {name: band for name in _ANGLES if (band := angle_bands(take, name)) is not None}
         self.thick = max(1, round(self.image_size[1] / 240))

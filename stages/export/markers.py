@@ -11,7 +11,6 @@ import numpy as np
 from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import LEVEL, Frame
-from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
@@ -100,7 +99,7 @@ def evenly(take: Take, frame: Frame) -> Markers:
             "needs-stage",
             "Files for other programs hold the filtered joints; put the stage 'trajectories' before 'export'.",
         )
-    path = with_feet(take.filtered)
+    path = take.filtered
     joints = path.joints.astype(np.float64)
     points = joints if path.root is None else np.concatenate([joints, path.root[:, None]], axis=1)
     time_s, fps = path.times, rate(path.times)

@@ -11,7 +11,6 @@ import numpy as np
 
 from ...models.common.metrics import plain
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.layouts import FEET
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.rotations import angle_deg
@@ -112,22 +111,22 @@ def _has_bones(writer: Writer) -> bool:
 
 
 def write_poses(take: Take, path: Path) -> None:
-    """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the joints `joint_names` (17,) in the source's
-    `unit`; the rotations `R_source_from_body` (T, 3, 3) and `R_source_from_level` (3, 3), or (T, 3, 3) of a moving
-    camera, where back and right in `level` are relative to it; how far to trust them, `error_deg`, `up_error_deg`,
-    `up_bound_deg` (T,), `up_votes` (T, 3); `time_s` and `frame_index` (T,).
+    """poses.npz: plain arrays `source`, `level`, `body` (T, J, 3) of the joints `joint_names` (J,), in the source's
+    `unit`: those of H36M17, and behind them heels and toes where the source has some; the rotations
+    `R_source_from_body` (T, 3, 3) and `R_source_from_level` (3, 3), or (T, 3, 3) of a moving camera, where back and
+    right in `level` are relative to it; how far to trust them, `error_deg`, `up_error_deg`, `up_bound_deg` (T,),
+    `up_votes` (T, 3); `time_s` and `frame_index` (T,).
 
     `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` + `root`
     are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error along
-    these axes where it was estimated (stages/place.py), NaN where the source knew it. `feet` (T, 6, 3), named by
-    `feet_names`, are heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none.
-    `filtered` (T, 17, 3) is what kinematics rest on, in the axes of `level`. Keypoints, where the take has some, have
+    these axes where it was estimated (stages/place.py), NaN where the source knew it.
+    `filtered` (T, J, 3) is what kinematics rest on, in the axes of `level`. Keypoints, where the take has some, have
     rows of their own: `keypoints` (N, K, 2) pixels, `keypoints_confidence` (N, K), `keypoints_time_s` and
     `keypoints_frame_index` (N,), and `keypoints_names` (K,)."""
     poses = take.need("poses")
     rectified = take.need("rectified")
     level = rectified.level
-    sd, feet = level.path and level.path.sd, level.feet
+    sd = level.path and level.path.sd
     more = {} if take.keypoints is None else _keypoints(take.keypoints)
     if take.filtered is not None:
         more["filtered"] = take.filtered.joints
@@ -138,12 +137,10 @@ def write_poses(take: Take, path: Path) -> None:
         body=rectified.body.joints,
         root=np.broadcast_to(np.nan, (len(poses), 3)) if level.root is None else level.root,
         root_sd=np.broadcast_to(np.nan, (len(poses), 3)) if sd is None else sd,
-        feet=np.broadcast_to(np.nan, (len(poses), len(FEET), 3)) if feet is None else feet,
         **{name: getattr(rectified, name) for name in OF_RECTIFIED},
         time_s=poses.times,
         frame_index=poses.frame_index,
         joint_names=np.array(poses.layout.joints),
-        feet_names=np.array(FEET.joints),
         unit=np.array(poses.frame.unit),
         **more,
     )

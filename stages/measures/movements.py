@@ -12,6 +12,7 @@ from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
 from ...models.gait.gait import separation
 from ...models.gait.of_take import NOISE, SIDES
+from ...pipeline.core.layouts import H36M17
 from ...pipeline.signals.filters import nearest_row
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .repetitions import Repetition, repetitions
@@ -129,7 +130,7 @@ def count(motion: Motion, movement: Movement, taken: Spans = (), ankle: np.ndarr
 def _driver(motion: Motion, movement: Movement) -> tuple[np.ndarray, np.ndarray]:
     """(T,) the smallest of its angles where all its joints are known, and (T,) the standard deviation of that."""
     joints = movement.joints or ALL_ANGLES[movement.drivers[0]].joints
-    known = motion.has([joint for joint in joints if joint in motion.filtered.layout.joints])
+    known = motion.has([joint for joint in joints if joint in H36M17])
     angles = np.array([motion.angle(name) for name in movement.drivers])
     which = np.argmin(np.nan_to_num(angles, nan=np.inf), axis=0)[None]
     sds = np.array([motion.sd(name) for name in movement.drivers])

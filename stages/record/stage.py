@@ -10,7 +10,6 @@ import numpy as np
 
 from ...models.common.residuals import LIMBS, residuals_of
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
@@ -88,7 +87,7 @@ def record(take: Take, path: str | Path) -> None:
         )
     parts = viewable(take.video) if take.told.images and take.video else None
     take = take.with_(video=take.video if parts else None)
-    size = half_height(poses.joints)
+    size = half_height(poses.without_feet.joints)
 
     path = Path(path)
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
@@ -121,10 +120,10 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     if take.keypoints is not None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
     source, level = take.need("poses"), rectified.level
-    log_skeleton(recording, "source", with_feet(source), radius=0.024 * size)
-    log_skeleton(recording, "body", with_feet(rectified.body), radius=0.024 * size)
-    log_joints(recording, "level", with_feet(level), radius=0.024 * size)
-    log_body(recording, "level", with_feet(level))
+    log_skeleton(recording, "source", source, radius=0.024 * size)
+    log_skeleton(recording, "body", rectified.body, radius=0.024 * size)
+    log_joints(recording, "level", level, radius=0.024 * size)
+    log_body(recording, "level", level)
     for entity, skeleton in {"source": source, "level": level}.items():
         unit, wrists = length_unit(skeleton), [skeleton.joint(wrist) for wrist in ("r_wrist", "l_wrist")]
         for axis, values in zip("xyz", np.stack(wrists, axis=-1).swapaxes(0, 1), strict=True):

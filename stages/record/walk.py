@@ -32,7 +32,7 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     if level.root is None or not is_finite(level.root).any():
         return None
     root = level.root[:, None]
-    return level.mapped(lambda points: points + root, path=None)
+    return level.with_(joints=level.joints + root, path=None)
 
 
 def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
@@ -112,7 +112,7 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
     """All of the path at once, and the camera too. size: about half the
     person's height."""
 
-    low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
+    low, high = (np.nanpercentile(placed.without_feet.joints, share, axis=(0, 1)) for share in (1, 99))
     eye, ahead = np.array(_EYE), camera_ahead(take)
     if ahead is not None:
         low, high = np.minimum(low, 0), np.maximum(high, 0)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from ...models.angle_error.off_keypoints import agrees, steady
 from ...models.common.motion import in_doubt
 from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
-from ...pipeline.core.layouts import Layout, with_feet
+from ...pipeline.core.layouts import Layout
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
@@ -39,7 +39,7 @@ def key_figures(take: Take) -> list[Markup]:
     """
     body = take.need("rectified").body
     shown = {event.row: event for event in events(take, FRAMES)}
-    rows = key_rows(body.joints, FRAMES, _doubts(take))
+    rows = key_rows(body.without_feet.joints, FRAMES, _doubts(take))
     others = [row for row in rows if _apart(body.times, row, shown)]
     for row in others[: FRAMES - len(shown)]:
         event = event_beside(take, row)
@@ -47,7 +47,6 @@ def key_figures(take: Take) -> list[Markup]:
     images: dict[int, np.ndarray] = {}
     if take.told.images and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in shown])
-    body = with_feet(body)
     return [
         _key_figure(take, body, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)
     ]
@@ -73,9 +72,9 @@ def _apart(times: np.ndarray, row: int, shown: Iterable[int]) -> bool:
 
 
 def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray | None) -> Markup:
-    """body: the take's poses in BODY, with their feet."""
+    """body: the take's poses in BODY."""
     row = event.row
-    poses = with_feet(take.need("poses"))
+    poses = take.need("poses")
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
     rectified = body_views(joints)
     flat, layout = keypoints_at(take, frame)

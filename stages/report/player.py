@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take, Video
@@ -36,12 +35,11 @@ def skeleton_player(take: Take) -> Markup:
     not be levelled, or of a single frame. Raises InputError when the video cannot be decoded."""
     rectified = take.need("rectified")
     level = take.filtered if take.filtered is not None else rectified.level
-    shown = np.flatnonzero(is_finite(level.joints).any(axis=1))
+    shown = np.flatnonzero(is_finite(level.without_feet.joints).any(axis=1))
     if not rectified.level_ok or len(shown) < 2:
         return Markup("")
     rows = np.arange(shown[0], shown[-1] + 1, -(-(shown[-1] + 1 - shown[0]) // _MOST))
-    drawn = with_feet(level)
-    points, on_floor = _standing(drawn, rows)
+    points, on_floor = _standing(level, rows)
     seen = points[is_finite(points)]
     if not len(seen):
         return Markup("")
@@ -50,7 +48,7 @@ def skeleton_player(take: Take) -> Markup:
     whole = np.where(is_finite(points)[..., None], np.nan_to_num(np.round(points / step)), _MISSING).astype(
         "<i2"
     )
-    layout, unit = drawn.layout, length_unit(level)
+    layout, unit = level.layout, length_unit(level)
     square = 0.5 if unit == "m" else height / _SQUARES
     held: dict[str, Any] = {
         "times": np.round(level.times[rows], 4).tolist(),

@@ -106,7 +106,7 @@ def _poses(take: Take) -> list[Check]:
 
 def _whole(poses: PoseSequence) -> np.ndarray:
     """(T,) which frames have all joints."""
-    return np.asarray(np.isfinite(poses.joints).all(axis=(1, 2)))
+    return np.asarray(np.isfinite(poses.without_feet.joints).all(axis=(1, 2)))
 
 
 def _undoubted(poses: PoseSequence) -> str:
@@ -187,7 +187,7 @@ def _sides(take: Take) -> Check:
 
 def _view(take: Take) -> Check:
     texts = [each.text for each in take.notices if each.about == "view"]
-    poses = take.need("poses")
+    poses = take.need("poses").without_feet
     gone = np.isnan(poses.joints).any(axis=-1).mean(axis=0)
     missing, worst = float(gone.mean()), int(gone.argmax())
     words = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.bodies import feet_of
+from golden.bodies import feet_in, feet_of
 from golden.catalogue import recognised
 from golden.worlds import (
     RIGS,
@@ -146,7 +146,7 @@ def test_freemocap_2_has_feet_in_its_array_and_its_tables(standing, tmp_path):
         assert recognised(path) == ["freemocap"]
         poses = read(path)
         np.testing.assert_allclose(limbs(poses), limbs_of(world), atol=2e-6)
-        np.testing.assert_allclose(poses.feet, feet_of(world) - hips, atol=2e-6)
+        np.testing.assert_allclose(feet_in(poses), feet_of(world) - hips, atol=2e-6)
         assert poses.frames_known is (path.suffix == ".csv")
 
 

@@ -6,8 +6,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from golden.detections import Scene, moving
-from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.layouts import FEET, Layout
+from pcnet3d.pipeline import H36M17, PoseSequence, rotate
+from pcnet3d.pipeline.core.layouts import FEET, Layout, body_of
+
+BODY_AND_FEET = body_of(FEET.joints)
 
 
 def facing_camera() -> np.ndarray:
@@ -57,6 +59,17 @@ def feet_of(bodies: np.ndarray) -> np.ndarray:
         outwards = right if name.startswith("r_") else -right
         points.append(at[f"{name[0]}_ankle"] + forward * ahead + out * outwards + 0.07 * down)
     return np.stack(points, axis=1)
+
+
+def with_feet(bodies: np.ndarray) -> np.ndarray:
+    """(T, 23, 3) the same bodies (T, 17, 3) with their `feet_of`, in the order of BODY_AND_FEET."""
+    return np.concatenate([bodies, feet_of(bodies)], axis=1)
+
+
+def feet_in(poses: PoseSequence) -> np.ndarray:
+    """(T, 6, 3) in the order of FEET, NaN for points that the poses' layout lacks."""
+    nothing = np.full_like(poses.joints[:, 0], np.nan)
+    return np.stack([poses.joint(name) if name in poses.layout else nothing for name in FEET.joints], axis=1)
 
 
 def _unit(v: np.ndarray) -> np.ndarray:

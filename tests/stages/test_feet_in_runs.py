@@ -10,8 +10,9 @@ from commands import pcnet3d, succeeded
 from golden.recordings import Recording
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
-from pcnet3d.pipeline.core.layouts import FEET
+from pcnet3d.pipeline.core.layouts import FEET, H36M17
 from pcnet3d.pipeline.core.rotations import rotate
+from pcnet3d.pipeline.files.finished import read_run
 from pcnet3d.pipeline.signals.foot_angles import FOOT_ANGLES
 
 ADDED = ("--also", "trc", "--also", "netcdf", "--also", "mot", "--set", "rectify.rectifier=geometric")
@@ -43,27 +44,32 @@ def test_angles_of_the_walkers_feet(columns, walk):
             - made["trunk_lean_deg"]
             - made[f"{side}_knee_flexion_deg"]
         )
-        found = np.array(columns[f"{side}_ankle_dorsiflexion_deg"])
-        off = np.abs(found - (made[f"{side}_foot_pitch_deg"] - shank))
+        measured = np.array(columns[f"{side}_ankle_dorsiflexion_deg"])
+        off = np.abs(measured - (made[f"{side}_foot_pitch_deg"] - shank))
         assert np.nanmedian(off) < 3
         assert np.nanmedian(columns[f"{side}_foot_progression_deg"]) == pytest.approx(4.4, abs=2)
         assert set(columns[f"{side}_ankle_dorsiflexion_reason"]) == {0}
         assert np.isnan(columns[f"{side}_ankle_dorsiflexion_sd_deg"]).all()
 
 
-def test_poses_npz_has_the_feet_in_level(folder, walk):
+def test_poses_npz_has_the_feet_behind_the_joints(folder, walk):
     with np.load(folder / "poses.npz", allow_pickle=False) as file:
         arrays = dict(file)
-    assert arrays["feet_names"].tolist() == list(FEET.joints)
     names = arrays["joint_names"].tolist()
-    heel = arrays["feet"][:, FEET.index("r_heel")] - arrays["level"][:, names.index("r_ankle")]
-    source = rotate(arrays["R_source_from_level"], arrays["feet"])[:, FEET.index("r_heel")]
-    assert np.median(heel[:, 2]) < 0  # below the ankle, up is right
-    np.testing.assert_allclose(
-        np.linalg.norm(heel, axis=1),
-        np.linalg.norm(source - arrays["source"][:, names.index("r_ankle")], axis=1),
-        atol=1e-5,
-    )
+    assert names == [*H36M17.joints, *FEET.joints]
+    heels = {
+        of: arrays[of][:, names.index("r_heel")] - arrays[of][:, names.index("r_ankle")]
+        for of in ("source", "level")
+    }
+    assert np.median(heels["level"][:, 2]) < 0  # below the ankle, up is right
+    turned = rotate(arrays["R_source_from_level"], heels["level"])
+    np.testing.assert_allclose(turned, heels["source"], atol=1e-5)
+
+
+def test_the_run_that_is_read_back_has_the_feet(folder):
+    run = read_run(folder)
+    for poses in (run.poses, run.rectified.level, run.filtered):
+        assert np.isfinite(poses.joint("l_big_toe")).all()
 
 
 def test_exports_for_other_programs_have_the_feet(folder):

@@ -75,7 +75,7 @@ def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
 def test_how_well_the_place_is_known_is_said_in_the_unit_that_the_lengths_get(take, unit):
     """It was said in units, of a take of which all other lengths were in metres by a told stature."""
     frame = CAMERA.with_(origin="pelvis", unit="m" if unit == 1.0 else "arbitrary")
-    poses = take.poses.mapped(lambda points: unit * points, frame=frame)
+    poses = take.poses.with_(joints=unit * take.poses.joints, frame=frame)
     own, scaled = (
         Scale()(Place()(take.with_(poses=poses, told=Told(stature_m=stature_m)))) for stature_m in (None, 1.5)
     )
@@ -90,7 +90,7 @@ def test_how_well_the_place_is_known_is_said_in_the_unit_that_the_lengths_get(ta
 def test_what_is_said_of_a_frame_holds_for_a_body_whose_size_changes_with_its_posture(take, walk, camera):
     """By the frames' own covariance 47 to 85 % of a man's were inside before four real cameras."""
     size = 1 + 0.015 * np.sqrt(2) * np.sin(2 * np.pi * 0.5 * take.poses.times)  # too little to be levelled
-    placed = Place()(take.with_(poses=take.poses.mapped(lambda points: points * size[:, None, None])))
+    placed = Place()(take.with_(poses=take.poses.with_(joints=take.poses.joints * size[:, None, None])))
     (said,) = (each.values for each in placed.notices if each.code == "placed")
     truth = SimpleNamespace(subject="walker", joints_camera=camera.points(walk.world))
     stated = frame_by_frame(placed.poses, truth, np.arange(len(walk)), said["within"])

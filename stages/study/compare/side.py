@@ -92,7 +92,7 @@ def load_side(folder: Path) -> Side:
         about=_about(run),
         time_s=poses.times,
         seams=breaks(poses),
-        level=rectified.level.joints.astype(np.float64),
+        level=rectified.level.without_feet.joints.astype(np.float64),
         angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
         metric=poses.frame.metric,
@@ -148,7 +148,7 @@ def with_trunk_of(side: Side, truth: Side) -> Side:
     run = side.run
     if run is None or run.filtered is None:
         return side
-    filtered = run.filtered.joints.astype(np.float64)
+    filtered = run.filtered.without_feet.joints.astype(np.float64)
     values = angles(
         rotate(transpose(R_world_from_body(filtered)), _trunk_by_shoulders(filtered, always=True))
     )

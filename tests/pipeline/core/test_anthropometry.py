@@ -5,6 +5,7 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.anthropometry import floor_height, implied_stature
+from pcnet3d.pipeline.core.layouts import body_of
 from pcnet3d.pipeline.core.path import RootPath
 
 
@@ -31,5 +32,8 @@ def test_the_floor_is_told_by_the_feet_that_are_seen(poses):
     assert floor_height(level.with_(joints=hidden)) == pytest.approx(whole, abs=0.02)
     hidden[:, ankles] = np.nan
     assert np.isnan(floor_height(level.with_(joints=hidden)))
-    feet = np.repeat(joints[:, [*ankles[:1] * 3, *ankles[1:] * 3]], 1, axis=1) - [0, 0, 0.5]
-    assert floor_height(level.with_(joints=hidden, feet=feet)) < whole - 0.3
+    heels = joints[:, ankles] - [0, 0, 0.5]
+    shod = level.with_(
+        joints=np.concatenate([hidden, heels], axis=1), layout=body_of(["r_heel", "l_heel"]), confidence=None
+    )
+    assert floor_height(shod) < whole - 0.3

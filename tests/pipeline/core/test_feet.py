@@ -1,12 +1,13 @@
-"""Heels and toes ride along: whatever moves the joints moves them alike, and what cannot leaves none."""
+"""Heels and toes are joints: whatever moves the others moves them alike; what looks at the body does without them."""
 
 import numpy as np
 import pytest
 
-from golden.bodies import feet_of, turning
-from pcnet3d.pipeline import BODY, CAMERA, H36M17, InputError, PoseSequence, change_frame, remap, rotate
+from golden.bodies import BODY_AND_FEET, feet_in, feet_of, turning, with_feet
+from pcnet3d.pipeline import BODY, CAMERA, H36M17, PoseSequence, change_frame, remap, rotate
 from pcnet3d.pipeline.core.frames import PC_CAMERA
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, with_feet
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, body_in, body_of
+from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.pipeline.signals.swaps import Swap, mask_swaps
 from pcnet3d.stages.clean import clean, without
@@ -19,105 +20,131 @@ FRAMES = 60
 
 @pytest.fixture
 def poses():
-    bodies = turning(FRAMES)
-    return PoseSequence(bodies, H36M17, CAMERA, time_s=np.arange(FRAMES) / 30, feet=feet_of(bodies))
+    return PoseSequence(
+        with_feet(turning(FRAMES)), BODY_AND_FEET, CAMERA, time_s=np.arange(FRAMES) / 30,
+        covariance=np.tile(np.eye(3), (FRAMES, len(BODY_AND_FEET), 1, 1)),
+    )  # fmt: skip
 
 
 def assert_rigid(poses, tolerance=1e-5):
     """The feet are still where they belong on this body."""
-    np.testing.assert_allclose(poses.feet, feet_of(poses.joints.astype(float)), atol=tolerance)
+    body = poses.without_feet.joints.astype(float)
+    np.testing.assert_allclose(feet_in(poses), feet_of(body), atol=tolerance)
 
 
-def test_feet_are_checked(poses):
-    with pytest.raises(InputError, match="feet of shape"):
-        poses.with_(feet=poses.feet[:, :5])
-    with pytest.raises(InputError, match="finite"):
-        poses.with_(feet=np.full_like(poses.feet, np.inf))
-    with pytest.raises(ValueError, match="read-only"):
-        poses.feet[0] = 1
+def test_the_body_alone(poses):
+    body = poses.without_feet
+    assert body.layout == H36M17
+    assert body.joints.shape[1] == body.confidence.shape[1] == body.covariance.shape[1] == 17
+    assert body.without_feet is body
+    halpe = PoseSequence(np.zeros((1, 26, 3)), HALPE26, CAMERA)
+    assert halpe.without_feet is halpe
+    assert not HALPE26.is_body
+    assert H36M17.is_body
+    assert BODY_AND_FEET.is_body
 
 
-def test_other_joints_leave_no_feet_unless_they_are_given(poses):
-    assert poses.with_(joints=poses.joints + 1).feet is None
-    assert poses.with_(person="1").feet is not None
-    assert_rigid(poses.mapped(lambda points: points + 1))
+def test_a_layout_of_feet_has_both_sides():
+    layout = body_of(["r_heel", "nose"])
+    assert layout.joints[17:] == ("r_heel", "l_heel")
+    assert layout.joints[layout.mirror[17]] == "l_heel"
+    assert body_of(["nose"]) is H36M17
+
+
+def with_all(poses):
+    return remap(poses, body_in(poses))
 
 
 def test_feet_of_layouts(poses):
-    """Derived, missing and present ones; a layout that has them itself needs none beside it."""
-    points = dict(
-        zip((*H36M17.joints, *FEET.joints), np.moveaxis(with_feet(poses).joints, 1, 0), strict=True)
-    )
+    """Derived, missing and present ones."""
+    points = dict(zip(BODY_AND_FEET.joints, np.moveaxis(poses.joints, 1, 0), strict=True))
 
     def named(layout, other):
         joints = np.stack([points.get(joint, other) for joint in layout.joints], axis=1)
         return PoseSequence(joints, layout, CAMERA)
 
-    halpe = remap(named(HALPE26, points["thorax"]))
-    np.testing.assert_array_equal(halpe.feet, poses.feet)
-    assert remap(halpe, H36M17).feet is not None
-    blaze = remap(named(BLAZEPOSE33, points["nose"]))
-    small = FEET.indices(["r_small_toe", "l_small_toe"])
-    assert np.isnan(blaze.feet[:, small]).all()
-    np.testing.assert_array_equal(blaze.feet[:, FEET.index("r_heel")], points["r_heel"])
+    halpe = with_all(named(HALPE26, points["thorax"]))
+    np.testing.assert_array_equal(feet_in(halpe), feet_in(poses))
+    assert with_all(halpe) is halpe
+    assert remap(halpe).layout == H36M17
+    blaze = with_all(named(BLAZEPOSE33, points["nose"]))
+    assert "r_small_toe" not in blaze.layout
+    assert ("r_heel", "r_big_toe") in blaze.layout.bones
+    np.testing.assert_array_equal(blaze.joint("r_heel"), points["r_heel"])
     assert "r_big_toe = r_foot_index" in blaze.history[-1].options["derived"]
-    assert remap(named(HALPE26, points["thorax"]), HALPE26).feet is None
+    assert remap(named(HALPE26, points["thorax"]), HALPE26).layout == HALPE26
 
 
-def test_with_feet_leaves_out_what_is_never_there(poses):
-    bare = poses.with_(feet=None)
-    assert with_feet(bare) is bare
-    lacking = poses.feet.copy()
-    lacking[:, FEET.index("r_small_toe")] = np.nan
-    whole = with_feet(poses.with_(feet=lacking))
-    assert len(whole.layout) == 17 + 5
-    assert "r_small_toe" not in whole.layout
-    assert ("r_heel", "r_big_toe") in whole.layout.bones
-    np.testing.assert_array_equal(whole.joint("l_heel"), poses.feet[:, FEET.index("l_heel")])
+def test_points_that_are_never_there_are_left_out(poses):
+    assert body_in(named_without(poses, "small_toe")) == body_of({"r_heel", "r_big_toe"})
+    assert body_in(named_without(poses, "heel", "toe")) == H36M17
+
+
+def named_without(poses, *parts):
+    """Of HALPE26, with these points of the feet NaN throughout."""
+    halpe = np.stack(
+        [
+            np.full((FRAMES, 3), np.nan)
+            if name.endswith(parts)
+            else poses.joint(name if name in poses.layout else "head")
+            for name in HALPE26.joints
+        ],
+        axis=1,
+    )
+    return PoseSequence(halpe, HALPE26, CAMERA)
+
+
+def test_feet_do_not_count_among_the_joints_that_are_looked_at(poses):
+    """A heel that comes and goes makes no row incomplete."""
+    joints = poses.joints.copy()
+    joints[::2, BODY_AND_FEET.index("r_heel")] = np.nan
+    gone = poses.with_(joints=joints)
+    assert [each.code for each in findings_of(gone)] == [
+        each.code for each in findings_of(poses.without_feet)
+    ]
 
 
 def test_axes_units_and_origin(poses):
-    away = poses.mapped(lambda points: points + np.array([0, 0, 3]), frame=CAMERA.with_(origin="camera"))
-    seen = change_frame(away, PC_CAMERA.with_(unit="mm"))
+    away = poses.with_(joints=poses.joints + np.array([0, 0, 3]), frame=CAMERA.with_(origin="camera"))
+    turned = change_frame(away, PC_CAMERA.with_(unit="mm"))
     turn = PC_CAMERA.basis @ CAMERA.basis.T
-    np.testing.assert_allclose(seen.feet, 1000 * rotate(turn, poses.feet), atol=1e-2)
+    np.testing.assert_allclose(feet_in(turned), 1000 * rotate(turn, feet_in(poses)), atol=1e-2)
 
 
 def test_scale(poses):
-    small = poses.mapped(lambda points: points / 3, frame=CAMERA.with_(unit="arbitrary"))
+    small = poses.with_(joints=poses.joints / 3, frame=CAMERA.with_(unit="arbitrary"))
     again = scale(small, 1.7)[0]
     factor = again.history[-1].options["factor"]
-    np.testing.assert_allclose(again.feet, small.feet * factor, rtol=1e-5)
+    np.testing.assert_allclose(feet_in(again), feet_in(small) * factor, rtol=1e-5)
 
 
 @pytest.mark.parametrize("handedness", ["mirror", "swap", "swap-legs"])
 def test_left_and_right_put_right(poses, handedness):
     """What was wrong in joints and feet alike is right in both."""
     wrong = repaired(poses, handedness)
-    assert np.abs(wrong.feet - poses.feet).max() > 0.1
-    np.testing.assert_allclose(repaired(wrong, handedness).feet, poses.feet, atol=1e-6)
-    left, right = (poses.feet[:, FEET.index(f"{side}_heel")] for side in "lr")
+    assert np.abs(feet_in(wrong) - feet_in(poses)).max() > 0.1
+    np.testing.assert_allclose(repaired(wrong, handedness).joints, poses.joints, atol=1e-6)
+    left, right = (poses.joint(f"{side}_heel") for side in "lr")
     expected = left * [-1, 1, 1] if handedness == "mirror" else right
-    np.testing.assert_allclose(wrong.feet[:, FEET.index("l_heel")], expected, atol=1e-6)
+    np.testing.assert_allclose(wrong.joint("l_heel"), expected, atol=1e-6)
 
 
 def test_swapped_legs_take_their_feet_along(poses):
     def masked(kind):
-        return mask_swaps(poses, [Swap(kind=kind, first_row=10, last_row=19, evidence=9.0)]).feet
+        return feet_in(mask_swaps(poses, [Swap(kind=kind, first_row=10, last_row=19, evidence=9.0)]))
 
-    assert np.isnan(masked("legs exchanged")[10:20]).all()
-    np.testing.assert_array_equal(masked("legs exchanged")[20:], poses.feet[20:])
-    np.testing.assert_array_equal(masked("arms exchanged"), poses.feet)
+    for kind in ("legs exchanged", "ankles exchanged", "legs both on one"):
+        assert np.isnan(masked(kind)[10:20]).all()
+        np.testing.assert_array_equal(masked(kind)[20:], feet_in(poses)[20:])
+    np.testing.assert_array_equal(masked("arms exchanged"), feet_in(poses))
 
 
 def test_clean_fills_gaps_and_removes_jumps(poses):
-    feet = poses.feet.copy()
-    feet[20:23, FEET.index("r_heel")] = np.nan
-    feet[40, FEET.index("l_heel")] += 1.0
+    joints = poses.joints.copy()
+    joints[20:23, BODY_AND_FEET.index("r_heel")] = np.nan
+    joints[40, BODY_AND_FEET.index("l_heel")] += 1.0
     index = np.delete(np.arange(FRAMES), [50, 51])
-    broken = PoseSequence(
-        poses.joints[index], H36M17, CAMERA, time_s=index / 30, frame_index=index, feet=feet[index]
-    )
+    broken = PoseSequence(joints[index], BODY_AND_FEET, CAMERA, time_s=index / 30, frame_index=index)
     mended = clean(broken)[0]
     assert len(mended) == FRAMES
     assert_rigid(mended, 1e-3)
@@ -127,10 +154,10 @@ def test_clean_fills_gaps_and_removes_jumps(poses):
 def test_a_foot_below_an_ankle_that_nobody_saw_is_missing(poses):
     hidden = np.zeros((FRAMES, 17), dtype=bool)
     hidden[:5, H36M17.index("r_ankle")] = True
-    seen = without(poses, hidden)
+    feet = feet_in(without(poses, hidden))
     right = FEET.indices([point for point in FEET.joints if point.startswith("r_")])
-    assert np.isnan(seen.feet[:5, right]).all()
-    assert np.isfinite(seen.feet).sum() == poses.feet.size - 5 * 3 * 3
+    assert np.isnan(feet[:5, right]).all()
+    assert np.isfinite(feet).sum() == feet.size - 5 * 3 * 3
 
 
 def test_rectified_and_filtered(poses):
@@ -138,7 +165,8 @@ def test_rectified_and_filtered(poses):
     for canonical in (rectified.body, rectified.level):
         assert_rigid(canonical)
     assert rectified.body.frame.family == BODY.family
-    still = smooth(rectified.level)[0]
-    shaken = rectified.level.feet + 0.02 * np.random.default_rng(0).standard_normal(poses.feet.shape)
-    calmed = smooth(rectified.level.with_(feet=shaken))[0]
-    assert np.nanstd(calmed.feet - still.feet) < 0.75 * np.std(shaken - rectified.level.feet)
+    still = feet_in(smooth(rectified.level)[0])
+    noise = 0.02 * np.random.default_rng(0).standard_normal(poses.joints.shape)
+    shaken = rectified.level.with_(joints=rectified.level.joints + noise)
+    calmed = feet_in(smooth(shaken)[0])
+    assert np.nanstd(calmed - still) < 0.75 * np.std(feet_in(shaken) - feet_in(rectified.level))

@@ -10,7 +10,7 @@ from golden import bodies, waving
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Z_UP, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.core.layouts import HALPE26, remap
+from pcnet3d.pipeline.core.layouts import HALPE26, body_in, remap
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
@@ -34,7 +34,7 @@ def walked(walk) -> Callable[..., Take]:
             points = PoseSequence(
                 halpe26(walk), HALPE26, Z_UP, time_s=poses.time_s, frame_index=poses.frame_index
             )
-            poses = remap(points)
+            poses = remap(points, body_in(points))
         stages = Rectify("geometric"), Trajectories(smoother="none")
         return Pipeline(stages)(Take("walker", poses=poses.with_(**changes)))
 

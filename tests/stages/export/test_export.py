@@ -50,7 +50,7 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
     assert set(arrays) == {
         "source", "level", "body", "R_source_from_body", "R_source_from_level", "root", "root_sd", "error_deg",
         "up_error_deg", "up_bound_deg", "up_votes", "time_s", "frame_index", "joint_names", "unit",
-        "feet", "feet_names", "filtered",
+        "filtered",
     }  # fmt: skip
     np.testing.assert_array_equal(arrays["source"], take.poses.joints)
     for name in ("body", "level"):

@@ -59,7 +59,7 @@ def test_a_long_take_has_fewer_frames(walk_take):
     rows = np.arange(10_000) % len(level)
     long = level.with_(
         joints=level.joints[rows], confidence=level.confidence[rows], time_s=np.arange(10_000) / 30,
-        frame_index=np.arange(10_000), path=None, covariance=None, feet=None, seams=(),
+        frame_index=np.arange(10_000), path=None, covariance=None, seams=(),
     )  # fmt: skip
     markup = str(skeleton_player(walk_take.with_(filtered=long)))
     assert len(held_of(markup)["times"]) == 2500

@@ -159,7 +159,7 @@ def test_g_is_said_and_gives_the_same(made, tmp_path):
 def test_a_run_without_a_scale_is_given_the_sensor_s(walk, made):
     run = read_run(made / "run")
     frame = run.poses.frame.with_(unit="arbitrary")
-    level = run.rectified.level.mapped(lambda joints: joints / 2)
+    level = run.rectified.level.with_(joints=run.rectified.level.joints / 2)
     run = run.with_(poses=run.poses.with_(frame=frame), rectified=replace(run.rectified, level=level))
     sensors = {
         segment: strapped(walk, segment, Faults(), seed=i)
