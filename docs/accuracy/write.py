@@ -30,6 +30,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from pcnet3d.models.lab.evaluation.errors import as_json
+from pcnet3d.models.lab.evaluation.testbed import VIEWS
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.errors import InputError
@@ -40,7 +41,7 @@ FIGURES = HERE / "figures.json"
 ERRORS = HERE / "errors.json"  # of pcnet3d lab evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
-    "README.md", "docs/errors.md", "docs/paper.md", "docs/research.md", "docs/trust.md", "docs/up.md",
+    "README.md", "docs/errors.md", "docs/paper.md", "docs/research.md", "docs/start.md", "docs/trust.md", "docs/up.md",
     "models/lifter/card.md", "models/rectifier/card.md",
 )  # fmt: skip
 _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -265,6 +266,8 @@ def pages(figures: dict[str, Any], errors: Rows) -> dict[str, str]:
     words: dict[str, Any] = {name: block["figures"] for name, block in figures.items()}
     words["errors"] = errors
     words["statements"] = of_kinds([row["statement"] for row in errors])
+    words["sides"] = [*VIEWS]
+    words["of_sides"] = [f"{side}, image" for side in VIEWS]
     words["held"] = {(row["statement"], row["configuration"], row["set"]): row for row in errors}
     tables = kit.get_template("tables.j2").make_module(words)
     texts = {}

@@ -20,7 +20,7 @@ from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.reading.mocap import Clip
 
-# Packages of others that docs/python.md uses, whose answers have the shapes and types of theirs; and a lifter.
+# Packages of others that documents use, whose answers have the shapes and types of theirs; and a lifter.
 STAND_INS = {
     "seen.py": """
 import sys

@@ -36,11 +36,12 @@ def test_every_fence_is_seen():
 def test_what_is_not_run():
     """Nothing joins or leaves this list unseen."""
     assert {f"{block.page}: {block.reason}" for block in BLOCKS if block.reason} == {
+        "goals: needs a model of OpenSim; tests/stages/opensim runs it with one of its own",
+        "goals: needs the package movement; tests/examples/test_movement_loader.py runs it",
         "README: installs packages from the network",
         "paper: needs the MM-Fi data set, and hours",
         "python: needs the template installed; tests/plugin does that and runs it",
         "research: needs the project's own data, and minutes",
-        "results: needs a model of OpenSim; tests/stages/opensim runs it with one of its own",
         "start: installs packages from the network",
         "start: opens a window",
         "training: a test of its own runs it",
