@@ -56,8 +56,9 @@ def test_users_import_from_faces_alone():
         ROOT / "README.md",
         *(ROOT / "examples" / "plugin").rglob("*.py"),
         ROOT / "examples" / "live.py",
+        ROOT / "examples" / "movement_loader.py",
     ]
-    faces = {*FACES, "pcnet3d.examples.walker", "pcnet3d_acme"}
+    faces = {*FACES, "pcnet3d.examples.walker", "pcnet3d.examples.movement_loader", "pcnet3d_acme"}
     others = {
         f"{path.name}: {module}"
         for path in places
