@@ -170,7 +170,7 @@ def anchors(path: Path) -> frozenset[str]:
 
 
 def _guide() -> list[Path]:
-    """The ten pages for users, by the first table of the index."""
+    """The pages for users, by the first table of the index."""
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8").partition("For developers:")[0]
     return [ROOT / "docs" / page for page in re.findall(r"^\| \[(\w+\.md)\]", index, re.MULTILINE)]
 
