@@ -166,14 +166,17 @@ def _spread(draw: Draw, count: int) -> Tensor:
     return factors
 
 
-def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:
+_REDEFINED_M = 0.02  # standard deviation of where sources put a joint
+
+
+def redefined(joints: Tensor, draw: Draw, share: float) -> Tensor:
     """joints (B, T, 17, 3) as another source defines them, for a share of the windows: spine, thorax, nose and head
     moved in the sagittal plane, hips and shoulders across and along the trunk; the same in every frame of a window."""
     count = len(joints)
     left = unit(vector(joints, "r_shoulder", "l_shoulder") + vector(joints, "r_hip", "l_hip"))
     up = across(vector(joints, "pelvis", "thorax"), left)
     axes = torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)  # (B, T, 3, 3): front, left, up
-    std = std_m * draw.share(share, count, 1, 1)
+    std = _REDEFINED_M * draw.share(share, count, 1, 1)
     offsets = torch.zeros(count, len(H36M17), 3, device=joints.device)
     middle = H36M17.indices(("spine", "thorax", "nose", "head"))
     offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * torch.tensor(

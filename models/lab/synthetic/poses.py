@@ -15,7 +15,7 @@ from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import across, length, picked, rotate, transpose, unit
-from ..common.config import Share, Size
+from ..common.config import Share
 from .bodies import BodyRange, combine, vary, vector
 from .draw import Draw
 
@@ -42,14 +42,11 @@ class PoseRange:
     # Arms turn further about the shoulders and legs about the hips, by about 20 and 10 degrees; knees and elbows keep
     # their angles.
     limbs_swung: Share = 0.0
-    turned: Share = (
-        0.0  # the whole body is turned about any axis, half of them on and on: leans, falls, lying
-    )
-    turned_deg: float = 57.0  # standard deviation of that
+    # The whole body is turned about any axis by about 57 degrees, some of them on and on: leans, falls, lying.
+    turned: Share = 0.0
     leaning: Share = 0.0  # the whole body leans about a horizontal axis by about 12 degrees
-    laid: Share = (
-        0.0  # it lies, on the back, the front or a side: turned about a horizontal axis by about 90 degrees
-    )
+    # It lies, on the back, the front or a side: turned about a horizontal axis by about 90 degrees.
+    laid: Share = 0.0
 
 
 def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
@@ -162,7 +159,7 @@ def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
     level = axis.clone()
     level[:, 2] = 0.0
     axis = torch.where(turned[:, None], axis, unit(level))
-    angle = torch.where(turned, poses.turned_deg * draw.normal(count), 12.0 * draw.normal(count) * leaning)
+    angle = torch.where(turned, 57.0 * draw.normal(count), 12.0 * draw.normal(count) * leaning)
     rate = 40.0 * draw.normal(count) * (turned & draw.share(0.4, count))  # degrees a second
     laid = draw.share(poses.laid, count) & ~turned
     angle = torch.where(laid, 90.0 + 12.0 * draw.normal(count), angle)
@@ -195,8 +192,7 @@ class MotionRange:
     poses: PoseRange = field(default_factory=PoseRange)
     unchanged: Share = 1.0  # on the captured body
     real: Share = 0.0  # with the bone lengths of one of the captured people (bodies.proportions)
-    redefined: Share = 0.0  # joints as another source defines them, so far away:
-    redefined_m: Size = 0.02  # standard deviation
+    redefined: Share = 0.0  # joints as another source defines them (bodies.redefined)
 
 
 def varied(

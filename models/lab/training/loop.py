@@ -76,7 +76,6 @@ class Training(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str  # what `pcnet3d lab train` trains with the file
-    subjects: Literal["train"] = "train"  # who is learned from
     # A file of `pcnet3d lab mocap` and one of its train and val subjects (mocap/clips.py), instead of the motion
     # capture that the shipped networks saw.
     data: Path | None = None
@@ -99,7 +98,7 @@ class Training(BaseModel):
     @property
     def trained_on(self) -> str:
         """Whom the network learns from, as its file says it."""
-        return f"{self.data.name}, {self.split.name}" if self.data and self.split else self.subjects
+        return f"{self.data.name}, {self.split.name}" if self.data and self.split else "train"
 
 
 class State:

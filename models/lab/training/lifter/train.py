@@ -117,7 +117,7 @@ class Windows:
         joints = cameras.to_camera(world)
         shown = joints
         if material.redefined:
-            shown = redefined(joints, draw, material.redefined_m, material.redefined)
+            shown = redefined(joints, draw, material.redefined)
         keypoints, confidence = detect(cameras.project(shown), shown, draw, fps, self.noise, material)
         focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
         up = self._told_up(draw, cameras.R_camera_from_world[..., 2])
@@ -372,4 +372,4 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
     val: dict[str, tuple[Clip, ...]] = {}
     for clip in read_clips("val"):
         val[data_set(clip)] = (*val.get(data_set(clip), ()), clip)
-    return read_clips(config.subjects), val
+    return read_clips("train"), val

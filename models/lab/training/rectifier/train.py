@@ -60,8 +60,7 @@ class Mixture(MotionRange):
     # Of lifted and of captured frames, drawn among those of people who lie, crawl or bend deeply, who are few.
     lying: Share = 0.0
     wide: Share = 0.0  # seen from `wide` views
-    noisy: Share = 0.0  # with Gaussian noise, twice as much in depth,
-    noise_m: Size = 0.03  # of up to so much
+    noisy: Share = 0.0  # with Gaussian noise of up to NOISE_M, twice as much in depth
     flipped: Share = 0.0  # with limbs turned over in depth
     missing: Share = 0.0  # with missing joints; lifted frames too
 
@@ -127,13 +126,13 @@ class TrainingFrames:
         captured = partial(self._motion, draw)
         world = varied(captured, count, draw, mixture, self.bodies, self.people, _FPS)
         if mixture.redefined:
-            world = redefined(world, draw, mixture.redefined_m, mixture.redefined)
+            world = redefined(world, draw, mixture.redefined)
         views = mixed_views(draw.rng, count, mixture.wide)
         shown, fine = seen(world[:, 0].cpu().numpy(), views, self.targets)
         truth, R = (torch.from_numpy(x[fine]).float().to(self.device) for x in (shown, views))
         joints = flipped(truth, draw, mixture.flipped) if mixture.flipped else truth
         if mixture.noisy:
-            joints = noisy(joints, draw, mixture.noisy, mixture.noise_m)
+            joints = noisy(joints, draw, mixture.noisy)
         return joints, truth, R
 
     def _rows(self, lies: np.ndarray, what: str) -> Tensor:
@@ -191,11 +190,14 @@ def flipped(joints: Tensor, draw: Draw, share: float) -> Tensor:
     return out
 
 
-def noisy(joints: Tensor, draw: Draw, share: float, most_m: float) -> Tensor:
+NOISE_M = 0.03
+
+
+def noisy(joints: Tensor, draw: Draw, share: float) -> Tensor:
     """joints (B, 17, 3) in CAMERA axes, a share of the bodies with Gaussian noise of a standard deviation of up to
-    most_m, twice that in depth; relative to the pelvis, whose own noise thereby is all joints'."""
+    NOISE_M, twice that in depth; relative to the pelvis, whose own noise thereby is all joints'."""
     count = len(joints)
-    std = draw.uniform((0.0, most_m), count, 1, 1) * draw.share(share, count, 1, 1)
+    std = draw.uniform((0.0, NOISE_M), count, 1, 1) * draw.share(share, count, 1, 1)
     out = joints + std * draw.normal(*joints.shape) * torch.tensor([1.0, 1.0, 2.0], device=joints.device)
     return out - out[:, [H36M17.index("pelvis")]]
 
@@ -222,37 +224,28 @@ _ANGLES = [
 ]
 
 
-@dataclass(frozen=True)
-class Weights:
-    """Of the terms of the loss; the defaults are the paper's, but for `regular` and `error`, which it does not give.
+# Weights of the terms of the loss: the paper's,
+POSE, ROTATION, CYCLE, PERCEPTUAL = 1.0, 1.0, 0.25, 0.15
+REGULAR, ERROR = 1e-3, 0.1  # and of what it gives no weights
+
+
+def total(net: PCNet, answer: Answer, frames: Frames) -> Tensor:
+    """The weighted sum of what follows, of the network's answer to these frames.
 
     With the residual off, cycle and perceptual do not depend on the network: R R^T X is X, and turning a body
     changes neither its bones nor its angles.
     """
-
-    pose: float = 1.0
-    rotation: float = 1.0
-    cycle: float = 0.25
-    perceptual: float = 0.15
-    regular: float = 1e-3
-    error: float = 0.1
-
-
-def total(net: PCNet, answer: Answer, frames: Frames, weights: Weights) -> Tensor:
-    """The weighted sum of what follows, of the network's answer to these frames."""
     joints, there = frames.joints, frames.valid[..., None]
     angle = geodesic(answer.R, frames.R)
-    loss = weights.rotation * angle.mean() + weights.error * error_likelihood(answer.error_deg, angle)
-    if weights.pose:
-        # With the residual off no rotation can take an estimator's own error away: it is judged on what it was given.
-        target = frames.canonical if answer.residual is not None else rotate(frames.R.mT, joints)
-        loss = loss + weights.pose * pose(answer.canonical * there, target * there)
-    if answer.residual is not None:
-        loss = loss + weights.cycle * cycle(answer.R, answer.canonical, joints * there)
-        loss = loss + weights.perceptual * perceptual(answer.canonical, frames.canonical, frames.valid)
-    if weights.regular:
-        loss = loss + weights.regular * regular(net, answer)
-    return loss
+    loss = ROTATION * angle.mean() + ERROR * error_likelihood(answer.error_deg, angle)
+    if answer.residual is None:
+        # No rotation can take an estimator's own error away: it is judged on what it was given.
+        loss = loss + POSE * pose(answer.canonical * there, rotate(frames.R.mT, joints) * there)
+    else:
+        loss = loss + POSE * pose(answer.canonical * there, frames.canonical * there)
+        loss = loss + CYCLE * cycle(answer.R, answer.canonical, joints * there)
+        loss = loss + PERCEPTUAL * perceptual(answer.canonical, frames.canonical, frames.valid)
+    return loss + REGULAR * regular(net, answer)
 
 
 def pose(canonical: Tensor, truth: Tensor) -> Tensor:
@@ -412,7 +405,6 @@ class TrainConfig(Training):
     batch: PositiveInt
     symmetric: bool  # the network's answer is averaged with that to the mirrored body
     net: NetConfig
-    weights: Weights
     mixture: Mixture
 
     @model_validator(mode="after")
@@ -441,7 +433,7 @@ def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
 
     def loss_of(step: int) -> Tensor:
         batch = frames.batch(Draw(config.seed, step, on), config.batch)
-        return total(net, net(batch.joints, batch.valid), batch, config.weights)
+        return total(net, net(batch.joints, batch.valid), batch)
 
     def look(average: nn.Module) -> dict[str, float]:
         assert isinstance(average, PCNet)
@@ -485,7 +477,7 @@ def parts_of(config: TrainConfig) -> dict[str, tuple[Clip, ...]]:
     """The clips to train on ("train") and those held out, by part."""
     if config.data is not None and config.split is not None:
         return read_parts(config.data, config.split)
-    return {"train": read_clips(config.subjects)} | {str(part): read_clips(part) for part in _HELD_OUT}
+    return {"train": read_clips("train")} | {str(part): read_clips(part) for part in _HELD_OUT}
 
 
 def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:

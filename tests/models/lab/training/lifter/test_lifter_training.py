@@ -208,7 +208,6 @@ def test_own_data_that_cannot_be_trained_on_is_refused(own, tmp_path, clips):
     [
         ("seed", "sede", "sede|seed"),
         ("pans = 0.2", "pans = 20", r"material\.pans"),
-        ("seed = 1", 'seed = 1\nsubjects = "test"', "subjects.*train"),
         *((LENGTHS, f"lengths = {{ {of} }}", "lengths") for of in ("", "0 = 1.0", "1 = 0.0", "9 = inf")),
         ("dilations = [1, 3]", "dilations = [-1]", r"net\.dilations"),
         ("[material]", "[material]\nabsent = { foo = 0.3 }", r"material\.absent\.foo"),

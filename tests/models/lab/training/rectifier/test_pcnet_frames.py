@@ -124,7 +124,7 @@ def test_a_depth_flip_is_invisible_from_the_front(clips):
 
 
 def test_noise_is_as_large_as_it_says_and_twice_that_in_depth(clips):
-    frames = batch(clips, 4000, noisy=1.0, noise_m=0.03)
+    frames = batch(clips, 4000, noisy=1.0)
     error = (frames.joints - frames.truth)[:, 1:]
     # Uniform up to 3 cm, of the joint and of the pelvis that it is relative to.
     expected = 0.03 / np.sqrt(3) * np.sqrt(2)

@@ -86,7 +86,7 @@ def test_the_whole_loss_reaches_every_parameter(residual, pose):
     joints = joints - joints[:, :1]
     truth = joints + 0.01 * torch.randn(8, 17, 3)
     frames = losses.Frames(joints, torch.ones(8, 17), truth, rotations(8).float())
-    loss = losses.total(net, net(joints, frames.valid), frames, losses.Weights())
+    loss = losses.total(net, net(joints, frames.valid), frames)
     loss.backward()
     assert torch.isfinite(loss)
     without = [name for name, p in net.named_parameters() if p.grad is None]
@@ -95,5 +95,4 @@ def test_the_whole_loss_reaches_every_parameter(residual, pose):
 
 
 def test_the_weights_are_the_papers():
-    weights = losses.Weights()
-    assert (weights.pose, weights.rotation, weights.cycle, weights.perceptual) == (1, 1, 0.25, 0.15)
+    assert (losses.POSE, losses.ROTATION, losses.CYCLE, losses.PERCEPTUAL) == (1, 1, 0.25, 0.15)

@@ -156,7 +156,7 @@ def test_the_expected_error_is_calibrated(clips):
 def test_the_papers_recipe_is_the_paper():
     path = files("pcnet3d.models.lab.training.rectifier").joinpath("mmfi.toml")
     config = module.TrainConfig.model_validate(load_toml(path, "a training config"))
-    assert (config.net, config.weights, config.targets) == (module.NetConfig(), module.Weights(), "axes")
+    assert (config.net, config.mixture, config.targets) == (module.NetConfig(), module.Mixture(), "axes")
 
 
 @pytest.fixture
@@ -225,6 +225,6 @@ def test_nothing_stays_on_another_device(residual):
     joints, R = torch.zeros(4, 17, 3, device=device), torch.zeros(4, 3, 3, device=device)
     frames = module.Frames(joints, torch.ones(4, 17, device=device), joints, R)
     answer = network(joints, frames.valid)
-    module.total(network, answer, frames, module.Weights()).backward()
+    module.total(network, answer, frames).backward()
     assert all(p.grad.device == device for p in network.parameters())
     assert module.Deployed(network, symmetric=True)(joints, frames.valid)[0].device == device
