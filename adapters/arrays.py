@@ -36,7 +36,7 @@ _HOW = (
 _BESIDE = ("confidence", "time_s", "frame_index")
 # LEVEL and BODY are what rectification makes, IMAGE is 2D.
 _FRAMES = {key: frame for key, frame in FRAMES.items() if frame.family in ("camera", "world")}
-_TALL = (1.2, 2.2)  # metres of trunk, head and a leg
+_TALL = (1.2, 2.3)  # metres
 _BEFORE_M = 0.5  # metres from a camera, nearer than which nobody is seen whole
 _MILLIMETRES = (500.0, 2600.0)
 _UPRIGHT = 0.5  # cosine of trunk and legs to the vertical in the usual frame
@@ -114,7 +114,7 @@ def _judged(path: Path) -> PoseSequence:
 def _unit_from_camera(joints: np.ndarray) -> str:
     """The unit of joints (T, 17, 3) of an adult who is in front of the camera throughout; "" for any others, for a
     lifter's own units, or its metres about the pelvis, have the size of metres too."""
-    tall, nearest = lifters.length_along_bones(joints), np.nanmin(joints[..., 2])
+    tall, nearest = lifters.stature_of(joints), np.nanmin(joints[..., 2])
     units = {"m": 1.0, "mm": 1e-3}
     return next(
         (u for u, m in units.items() if _TALL[0] < tall * m < _TALL[1] and nearest * m > _BEFORE_M), ""
@@ -133,7 +133,7 @@ def why_no_body(joints: np.ndarray, sides: bool = True) -> str:
         return f"the lengths of its bones are those of a body in the order of {other.name}"
     if misfit(whole, H36M17) > MISFIT:
         return "the lengths of its bones are not those of a body in that order"
-    tall = lifters.length_along_bones(whole)
+    tall = lifters.stature_of(whole)
     if _MILLIMETRES[0] < tall < _MILLIMETRES[1] and not _unit_from_camera(joints):
         return f"a body in it measures {tall:.0f}, as in millimetres (unit=mm) or pixels"
     stands = upright(whole, H36M17)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.core.errors import InputError, readable
+from ..pipeline.core.errors import InputError, naming, readable
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up
@@ -46,12 +46,8 @@ def read(
 
     with readable(path, "a BVH file"):
         text = path.read_text(encoding="utf-8", errors="replace")
-    try:
+    with naming(path):
         motion = read_motion(text, unit)
-    except InputError as error:
-        raise InputError(
-            error.code, f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}"
-        ) from None
     poses = PoseSequence(
         joints=motion.joints,
         layout=H36M17,

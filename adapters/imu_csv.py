@@ -145,22 +145,22 @@ def _names(lines: list[str]) -> list[str]:
 def _table(path: Path, lines: list[str], names: list[str]) -> dict[str, np.ndarray]:
     """The columns that an IMU needs, (T,) each."""
     wanted = [column for column in ("time_s", *_FORCE, *_QUATERNION) if column in names]
-    places = [names.index(column) for column in wanted]
-    separator = _separator(lines[0])
-    rows = []
-    for number, line in enumerate(lines[1:], 2):
-        cells = line.split(separator)
-        try:
-            rows.append([float(cells[place].strip() or "nan") for place in places])
-        except (ValueError, IndexError):
-            raise InputError(
-                "file-damaged",
-                f"Expected {len(names)} numbers in each line of {path}, got '{line[:60]}' in line {number} of its "
-                "data and header; write or copy the file again.",
-            ) from None
-    if len(rows) < 2:
-        raise InputError("nothing-usable", f"Expected samples of an IMU in {path}, got {len(rows)}.")
-    return dict(zip(wanted, np.array(rows).T, strict=True))
+    if len(lines) < 3:
+        raise InputError("nothing-usable", f"Expected samples of an IMU in {path}, got {len(lines) - 1}.")
+    try:
+        columns = np.loadtxt(
+            lines[1:],
+            delimiter=_separator(lines[0]),
+            usecols=[names.index(column) for column in wanted],
+            converters=lambda cell: float(cell.strip() or "nan"),
+            unpack=True,
+        )
+    except ValueError as error:
+        raise InputError(
+            "file-damaged",
+            f"Expected a number in each column of an IMU in {path} ({error}); write or copy the file again.",
+        ) from None
+    return dict(zip(wanted, columns, strict=True))
 
 
 def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> np.ndarray:

@@ -15,8 +15,7 @@ from ..pipeline.core.pose import Rectified, package_version
 from ..pipeline.core.rotations import angle_deg, rotate
 from ..pipeline.core.take import Take
 from ..pipeline.files.atomic import SUMMARY, check_replaceable, whole_folder
-from ..pipeline.reading.flags import Force
-from ..pipeline.reading.settings import OnDevice, RunOptions
+from ..pipeline.reading.settings import Force, OnDevice, RunOptions
 from ..pipeline.running.conclusion import conclude
 from ..pipeline.running.plan import planned
 from ..pipeline.running.progress import stages

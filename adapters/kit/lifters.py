@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17
@@ -30,8 +31,6 @@ CLIPS = (
     ("steps", "proposals", *FRAMES),
 )
 
-_TRUNK = ("pelvis", "spine", "thorax", "nose", "head")
-_LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
 _STATURE_M = (1.0, 2.5)
 _ROOT_M = 0.1  # a pelvis that a network places at the origin without being forced to is off by less
 # Normalised coordinates stay within about 1.5 of the crop's centre, or 2 of the pelvis; pixels are tens to thousands.
@@ -88,12 +87,12 @@ def check_metric(path: Path, joints: np.ndarray, trajectory: bool = False) -> No
     display rotation of these projects (camera_to_world, heights rebased to the lowest joint) it is neither:
     that frame assumes the tilt of one Human3.6M camera (formats.md 2).
     """
-    stature = length_along_bones(joints)
+    stature = stature_of(joints)
     if not _human_size(stature):
         raise InputError(
             "wrong-axes",
-            f"{path}: expected a body in metres, got one of {stature:.4g} from ankle to head; "
-            "name the adapter that fits, or describe the array's unit with --adapter arrays.",
+            f"{path}: expected a body in metres, got one of {stature:.4g}; name the "
+            "adapter that fits, or describe the array's unit with --adapter arrays.",
         )
     offset = _root_offset(joints)
     in_front = trajectory and not (joints[..., 2] <= 0).any()
@@ -111,7 +110,7 @@ def looks_metric(joints: np.ndarray) -> bool:
     # These lifters force the whole pelvis to 0 or nothing of it; MotionBERT forces the depth alone.
     forced = joints[0, H36M17.index("pelvis")] == 0
     all_or_none = bool(forced.all() or not forced.any())
-    return all_or_none and _human_size(length_along_bones(joints)) and _root_offset(joints) < _ROOT_M
+    return all_or_none and _human_size(stature_of(joints)) and _root_offset(joints) < _ROOT_M
 
 
 def _human_size(stature: float) -> bool:
@@ -119,18 +118,9 @@ def _human_size(stature: float) -> bool:
     return not (stature < _STATURE_M[0] or stature > _STATURE_M[1])
 
 
-def length_along_bones(joints: np.ndarray) -> float:
-    """Length of trunk, head and one leg of joints (T, 17, 3), median over the frames that have any; else NaN."""
-    left, right = (_length(joints, leg) for leg in _LEGS)
-    length = _length(joints, _TRUNK) + (left + right) / 2
-    length = length[length > 0]  # leaves out NaN, and failed frames filled with zeros
-    return float(np.median(length)) if len(length) else float("nan")
-
-
-def _length(joints: np.ndarray, chain: tuple[str, ...]) -> np.ndarray:
-    with np.errstate(invalid="ignore"):
-        bones = np.diff(joints[:, H36M17.indices(chain)].astype(np.float64), axis=1)
-    return np.linalg.norm(bones, axis=-1).sum(axis=-1)
+def stature_of(joints: np.ndarray) -> float:
+    """`implied_stature` of joints (T, 17, 3), less failed frames that are filled with zeros."""
+    return implied_stature(joints[np.nanmax(np.abs(joints), axis=(1, 2), initial=0) > 0].astype(np.float64))
 
 
 def _root_offset(joints: np.ndarray) -> float:

@@ -7,15 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, naming
 from ...pipeline.core.frames import CAMERA, UNITS, Y_UP, Z_UP, Frame
 from ...pipeline.core.layouts import H36M17, LIMBS, Layout
 from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import UNSAID, MadeBy, PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.files.markers import Markers, Up, by_subject
-from ...pipeline.files.skeletons import LEG_M, h36m17_named
 from ...pipeline.files.skeletons import UNITS as METRES
+from ...pipeline.files.skeletons import h36m17_named, leg_length, unit_by_legs
 from .names import joints_named
 
 _UPRIGHT = 0.5  # cosine to the vertical
@@ -144,7 +144,8 @@ def standing_frame(points: np.ndarray, layout: Layout, up: str | None, unit: str
     """The axes and the unit in which points (T, J, 3) are a person who stands, unless they are told: up as "z", "y" or
     "camera". InputError where neither tells."""
     axes = _STANDS[_axis(points, layout, up, where)][0]
-    return axes.with_(unit=_unit(points, layout, unit, where))
+    with naming(where):
+        return axes.with_(unit=unit or unit_by_legs(leg_length(points, layout), _UNITS))
 
 
 def _axis(points: np.ndarray, layout: Layout, told: str | None, where: str) -> str:
@@ -160,25 +161,5 @@ def _axis(points: np.ndarray, layout: Layout, told: str | None, where: str) -> s
             "wrong-axes",
             f"{where}: expected a person who stands along +z, +y or, in a camera's axes, -y, got one who does not; "
             "give the vertical axis with up=z, up=y or up=camera (-O up=z), or level the file's axes first.",
-        )
-    return fits[0]
-
-
-def _unit(points: np.ndarray, layout: Layout, told: str | None, where: str) -> str:
-    if told is not None:
-        return told
-    at = {joint: points[:, i] for i, joint in enumerate(layout.joints)}
-    legs = [
-        np.linalg.norm(at[f"{s}_{a}"] - at[f"{s}_{b}"], axis=-1)
-        for s in "lr"
-        for a, b in (("hip", "knee"), ("knee", "ankle"))
-    ]
-    leg = float(np.nanmedian(legs, axis=1).sum() / 2)
-    fits = [unit for unit in _UNITS if LEG_M[0] <= leg * METRES[unit] <= LEG_M[1]]
-    if not fits:
-        raise InputError(
-            "needs-input",
-            f"{where}: legs of {leg:.4g} are an adult's in none of {', '.join(_UNITS)}; give the unit with unit= (-O "
-            "unit=cm).",
         )
     return fits[0]

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.errors import InputError
 from ..core.frames import METRES
-from ..core.layouts import H36M17
+from ..core.layouts import H36M17, Layout
 from ..core.rotations import is_finite, rotate, unit
 
 _LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -278,22 +278,23 @@ def _along(path: np.ndarray, share: float) -> np.ndarray:
     return (1 - t) * path[:, i] + t * path[:, i + 1]
 
 
-def unit_by_legs(leg: float) -> str:
+def unit_by_legs(leg: float, units: Iterable[str] = UNITS) -> str:
     """The unit in which a leg (thigh and shank) of that length is an adult's. InputError when none or several fit."""
-    fits = [name for name, metres in UNITS.items() if LEG_M[0] <= leg * metres <= LEG_M[1]]
+    fits = [unit for unit in units if LEG_M[0] <= leg * UNITS[unit] <= LEG_M[1]]
     if len(fits) != 1:
         raise InputError(
             "needs-input",
-            f"legs of {leg:.4g} do not show which unit of {', '.join(UNITS)} it is; give it with --unit.",
+            f"legs of {leg:.4g} do not show which unit of {', '.join(units)} it is; give it with unit=UNIT (-O "
+            "unit=cm, of a comparison --unit cm).",
         )
     return fits[0]
 
 
-def leg_length(joints: np.ndarray) -> float:
-    """Thigh and shank of joints (T, 17, 3), the median over the frames that have them and the mean of both sides."""
+def leg_length(joints: np.ndarray, layout: Layout = H36M17) -> float:
+    """Thigh and shank of joints (T, J, 3), the median over the frames that have them and the mean of both sides."""
     sides = []
     for s in "lr":
-        hip, knee, ankle = (joints[:, H36M17.index(f"{s}_{part}")] for part in ("hip", "knee", "ankle"))
+        hip, knee, ankle = (joints[:, layout.index(f"{s}_{part}")] for part in ("hip", "knee", "ankle"))
         bones = (knee - hip, ankle - knee)
         sides.append(sum(float(np.nanmedian(np.linalg.norm(bone, axis=-1))) for bone in bones))
     return float(np.mean(sides))

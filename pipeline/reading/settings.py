@@ -1,20 +1,21 @@
 """The options of a run, which `run`, `live` and `batch` share: one field each, with its help and its place in the help.
 
 A field without a place on the command line is given as `--set read.FIELD=VALUE`, a stage's own option as
-`--set STAGE.KEY=VALUE`, and one of the keypoints' adapter as `--set keypoints.KEY=VALUE`. The command line itself is
-reading/flags.py.
+`--set STAGE.KEY=VALUE`, and one of the keypoints' adapter as `--set keypoints.KEY=VALUE`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import inspect
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args, get_origin
 
 import typer
-from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 from typer.models import ParameterInfo
 
 from ..core.device import Device
@@ -52,27 +53,18 @@ def _option(panel: str, text: str, *names: str) -> Any:
     return typer.Option(*names, help=text, rich_help_panel=panel)
 
 
-def _size(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    width, times, height = value.lower().partition("x")
-    if not (times and width.isdigit() and height.isdigit()):
-        raise InputError(
-            "bad-value", f"Expected --set read.image_size=WIDTHxHEIGHT such as 1920x1080, got '{value}'."
-        )
-    return int(width), int(height)
+def _parts(separator: str, example: str) -> BeforeValidator:
+    """Of a text the parts between the separators; pydantic reads each. example: for the error of a wrong number."""
 
+    def parted(value: Any, info: ValidationInfo) -> Any:
+        parts = value.lower().split(separator) if isinstance(value, str) else value
+        if isinstance(value, str) and len(parts) != example.count(separator) + 1:
+            raise InputError(
+                "bad-value", f"Expected {flag_of(info.field_name or '')}={example}, got '{value}'."
+            )
+        return parts
 
-def _vector(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    try:
-        x, y, z = map(float, value.split(","))
-    except ValueError:
-        raise InputError(
-            "bad-value", f"Expected --set read.gravity=X,Y,Z such as 0,1,0, got '{value}'."
-        ) from None
-    return x, y, z
+    return BeforeValidator(parted)
 
 
 def _date(value: Any) -> Any:
@@ -105,6 +97,21 @@ def _pairs(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else pairs(value)
 
 
+Output = Annotated[Path, _option(_OUTPUT, "Folder for the results.", "-o", "--output")]
+Force = Annotated[
+    bool, _option(_OUTPUT, "Overwrite the output folder even if pcnet3d did not create it.", "--force")
+]
+Resume = Annotated[
+    bool, _option(_OUTPUT, "Continue an interrupted detection in this output folder.", "--resume")
+]
+Strict = Annotated[
+    bool,
+    _option(
+        _OUTPUT,
+        "Exit with code 3 if the poses are suspicious, 4 if they are unusable or up was not found.",
+        "--strict",
+    ),
+]
 OnDevice = Annotated[
     Device,
     _option(
@@ -216,10 +223,10 @@ class RunOptions(BaseModel):
     title: str | None = None
     person_id: str | None = None
     date: Annotated[str | None, BeforeValidator(_date)] = None
-    image_size: Annotated[tuple[int, int] | None, BeforeValidator(_size), Tells("image_size")] = None
+    image_size: Annotated[tuple[int, int] | None, _parts("x", "WIDTHxHEIGHT"), Tells("image_size")] = None
     pitch: Annotated[float | None, Tells("pitch_deg")] = None
     roll: Annotated[float | None, Tells("roll_deg")] = None
-    gravity: Annotated[tuple[float, float, float] | None, BeforeValidator(_vector), Tells("gravity")] = None
+    gravity: Annotated[tuple[float, float, float] | None, _parts(",", "X,Y,Z"), Tells("gravity")] = None
     handedness: Annotated[Handedness, Tells("handedness", by_reading=True)] = "refuse"
     check: Annotated[Check, Tells("check", by_reading=True)] = "refuse"
     swaps: Annotated[Swaps, Tells("swaps", by_reading=True)] = "report"
@@ -339,3 +346,50 @@ def _refusal(error: ValidationError) -> InputError:
         hint = f"it is {in_words(others)}." if others else did_you_mean(name, RunOptions.model_fields)
         return InputError("name-unknown", f"A run has no option '{name}'; {hint}")
     return InputError("bad-value", f"{flag_of(name)}={first['input']}: {first['msg']}.")
+
+
+def offering(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Decorator of a command whose first parameter is the RunOptions: on the command line it has those fields as
+    options, besides its own; without names all of them."""
+
+    def decorate(function: Callable[..., None]) -> Callable[..., None]:
+        shown = names or tuple(PLACES)
+        own = list(inspect.signature(function, eval_str=True).parameters.values())[1:]
+        shared = [_parameter(name) for name in shown]
+        own = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
+
+        @wraps(function)
+        def command(*args: Any, **given: Any) -> None:
+            shared_values = {name: given.pop(name) for name in shown if name in given}
+            function(
+                RunOptions(**{name: value for name, value in shared_values.items() if value is not None}),
+                *args,
+                **given,
+            )
+
+        command.__signature__ = inspect.Signature([*shared, *own])  # type: ignore[attr-defined]
+        command.__annotations__ = {parameter.name: parameter.annotation for parameter in (*shared, *own)}
+        return command
+
+    return decorate
+
+
+def is_repeatable(name: str) -> bool:
+    """Whether a field may be given several times on the command line."""
+    return _typer_type(RunOptions.model_fields[name].annotation) == list[str] | None
+
+
+def _typer_type(hint: Any) -> Any:
+    """What typer is to read for a field of that type: pairs and lists one by one, and sizes and vectors as text."""
+    parts = [hint, *get_args(hint)]
+    kinds = [get_origin(part) or part for part in parts]
+    if dict in kinds or Ellipsis in get_args(hint):
+        return list[str] | None
+    return str | None if tuple in kinds else hint
+
+
+def _parameter(name: str) -> inspect.Parameter:
+    field = RunOptions.model_fields[name]
+    default = None if isinstance(field.default, dict | tuple) else field.default
+    annotation = Annotated[_typer_type(field.annotation), PLACES[name]]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)

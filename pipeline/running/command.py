@@ -7,8 +7,7 @@ import typer
 from ..core.messages import debug
 from ..core.take import Take
 from ..files.atomic import check_replaceable
-from ..reading.flags import Force, Output, Resume, Strict, offering
-from ..reading.settings import RunOptions
+from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
 from .conclusion import conclude, conclude_people
 from .plan import planned
 from .progress import stages, telling_of_kept

@@ -17,7 +17,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, add_to_list, whole_folder, write_json, write_text
 from ...pipeline.files.digest import sha256
 from ...pipeline.files.finished import read_run
-from ...pipeline.reading.flags import Force
+from ...pipeline.reading.settings import Force
 from ...pipeline.running.conclusion import trust
 from ..drawing.page import bullets, with_section
 from ..export.markers import OPENSIM, markers

@@ -18,8 +18,7 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.core.system import cores
 from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import pairs
-from ....pipeline.reading.flags import Output, offering
-from ....pipeline.reading.settings import RunOptions
+from ....pipeline.reading.settings import Output, RunOptions, offering
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries

@@ -16,8 +16,7 @@ from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.flags import is_repeatable
-from ....pipeline.reading.settings import RunOptions, flag_of, settings_named
+from ....pipeline.reading.settings import RunOptions, flag_of, is_repeatable, settings_named
 from ....pipeline.running.plan import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")

@@ -20,7 +20,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.bounds import check_fps
-from ....pipeline.reading.flags import Force
+from ....pipeline.reading.settings import Force
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
 from .comparison import Align, compared, figures, result

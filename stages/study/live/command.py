@@ -23,8 +23,7 @@ from ....pipeline.core.system import quoted
 from ....pipeline.files.atomic import add_to_summary, require_space, whole_folder
 from ....pipeline.files.names import KEYPOINTS
 from ....pipeline.plugins.options import call
-from ....pipeline.reading.flags import Force, Output, offering
-from ....pipeline.reading.settings import RunOptions, flag_of
+from ....pipeline.reading.settings import Force, Output, RunOptions, flag_of, offering
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.progress import counted
 from ...detect import Detect
