@@ -78,9 +78,9 @@ def read(
     joints), `time_s` (frames,) and `frame_index` (frames,), whole numbers from 0.
     Raises InputError for unknown names, for arrays of another shape, and when several could be the joints.
     """
-    told = {"layout": layout, "frame": frame, "unit": unit}
-    if missing := [option for option, value in told.items() if value is None]:
-        if len(missing) < len(told) or keys(path):
+    meaning = {"layout": layout, "frame": frame, "unit": unit}
+    if missing := [option for option, value in meaning.items() if value is None]:
+        if len(missing) < len(meaning) or keys(path):
             raise InputError("needs-input", f"Adapter 'arrays' needs the options {', '.join(missing)}, too.")
         return (_judged(path),)
     joint_layout, axes = layout_named(layout or ""), _axes(frame or "", unit or "")

@@ -86,23 +86,23 @@ def _hierarchy(text: str) -> tuple[Skeleton, list[tuple[int, str]]]:
     open_joints: list[int] = []  # -1 for an End Site
     coming = -1
     for line in text.splitlines():
-        words = line.split()
-        match words[:1]:
-            case ["ROOT" | "JOINT"]:
+        keyword, *values = line.split() or [""]
+        match keyword:
+            case "ROOT" | "JOINT":
                 parents.append(open_joints[-1] if open_joints else -1)
                 coming = len(names)
                 names.append(line.strip().partition(" ")[2].strip())
                 offsets.append([0.0, 0.0, 0.0])
-            case ["End"]:
+            case "End":
                 coming = -1
-            case ["{"]:
+            case "{":
                 open_joints.append(coming)
-            case ["}"]:
+            case "}":
                 open_joints.pop()
-            case ["OFFSET"] if open_joints[-1] >= 0:
-                offsets[open_joints[-1]] = [float(word) for word in words[1:4]]
-            case ["CHANNELS"]:
-                channels += [(open_joints[-1], word) for word in words[2 : 2 + int(words[1])]]
+            case "OFFSET" if open_joints[-1] >= 0:
+                offsets[open_joints[-1]] = [float(value) for value in values[:3]]
+            case "CHANNELS":
+                channels += [(open_joints[-1], channel) for channel in values[1 : 1 + int(values[0])]]
     return Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3)), channels
 
 

@@ -12,24 +12,24 @@ from typing import Any, get_args, get_origin, get_type_hints
 from ..core.errors import InputError
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """A sentence that names the nearest of the known words, or all of them."""
-    known = sorted(known)
-    near = get_close_matches(word, known, n=3, cutoff=0.5)
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """A sentence that names the nearest of the names, or all of them."""
+    names = sorted(names)
+    near = get_close_matches(word, names, n=3, cutoff=0.5)
     if near:
         return f"did you mean {' or '.join(near)}?"
-    return f"known are {', '.join(known)}." if known else "none are known."
+    return f"known are {', '.join(names)}." if names else "none are known."
 
 
 def pairs(given: Iterable[str] | None, flag: str = "--option") -> dict[str, str]:
     """Options as a command line gives them, KEY=VALUE each, by key; InputError for anything else."""
-    found = {}
+    options = {}
     for text in given or ():
         key, equals, value = text.partition("=")
         if not equals:
             raise InputError("bad-value", f"Expected KEY=VALUE after {flag}, got '{text}'.")
-        found[key.strip()] = value
-    return found
+        options[key.strip()] = value
+    return options
 
 
 def files_among(options: Mapping[str, Any]) -> dict[str, Path]:
@@ -69,12 +69,12 @@ def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[s
 
     parameters = _parameters(function, args)
     open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)
-    known = {parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD}
+    names = {parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD}
     hints = option_types(function)
-    found, finite = {}, ConfigDict(allow_inf_nan=False)
+    values, finite = {}, ConfigDict(allow_inf_nan=False)
     for name, value in options.items():
-        if name not in known and not open_ended:
-            raise InputError("name-unknown", f"{what} has no option '{name}'; {did_you_mean(name, known)}")
+        if name not in names and not open_ended:
+            raise InputError("name-unknown", f"{what} has no option '{name}'; {did_you_mean(name, names)}")
         listed = value.split(",") if isinstance(value, str) and _is_tuple(hints.get(name)) else value
         hint = hints.get(name, Any)
         try:
@@ -82,12 +82,12 @@ def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[s
         except PydanticUserError:  # of a type that has a configuration of its own
             adapter = TypeAdapter(hint)
         try:
-            found[name] = adapter.validate_python(listed)
+            values[name] = adapter.validate_python(listed)
         except ValidationError as error:
             raise InputError(
                 "bad-value", f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}."
             ) from None
-    return found
+    return values
 
 
 def option_types(function: Callable[..., Any]) -> dict[str, Any]:

@@ -34,16 +34,16 @@ GROUPS = (*_SOCKETS, *_OPENED)
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
     """The entry points of one of GROUPS by name; InputError where two packages use one name."""
-    found: dict[str, EntryPoint] = {}
+    points: dict[str, EntryPoint] = {}
     for point in entry_points(group=f"pcnet3d.{group}"):
-        other = found.setdefault(point.name, point)
+        other = points.setdefault(point.name, point)
         if other.value != point.value:
             raise InputError(
                 "plugin-broken",
                 f"Two packages register {_one(group)} '{point.name}': {other.value} and {point.value}; "
                 "uninstall one of them.",
             )
-    return dict(sorted(found.items()))
+    return dict(sorted(points.items()))
 
 
 def packages() -> dict[str, str]:
@@ -69,13 +69,13 @@ def load(group: str, name: str) -> Any:
 def load_all(group: str) -> dict[str, Any]:
     """Every object of the group by name; one that cannot be loaded is left out with a warning on stderr, so that a
     broken package does not keep the others from working."""
-    found = {}
+    loaded = {}
     for name in registered(group):
         try:
-            found[name] = load(group, name)
+            loaded[name] = load(group, name)
         except InputError as error:
             say("warning", str(error))
-    return found
+    return loaded
 
 
 def open_model(group: str, name: str | Path) -> Any:

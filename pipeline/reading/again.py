@@ -43,18 +43,18 @@ def first_names(tracks: Sequence[PoseSequence], video: Video) -> dict[str, str]:
     pairs = [pair for pair in combinations(tracks, 2) if may_be(*pair, shown_size(video))]
     looks = {
         track.person: _look(track, video)
-        for track in {id(one): one for pair in pairs for one in pair}.values()
+        for track in {track.person: track for pair in pairs for track in pair}.values()
     }
     pairs = [pair for pair in pairs if _apart(*(looks[track.person] for track in pair)) <= _ALIKE]
     either = [*pairs, *(pair[::-1] for pair in pairs)]
-    for one, other in pairs:
+    for track, other in pairs:
         if not any(
             third is not taken and _beside(third, taken)
-            for mine, taken in ((one, other), (other, one))
+            for mine, taken in ((track, other), (other, track))
             for also, third in either
             if also is mine
         ):
-            first, later = sorted((names[one.person], names[other.person]), key=list(names).index)
+            first, later = sorted((names[track.person], names[other.person]), key=list(names).index)
             names = {name: first if now == later else now for name, now in names.items()}
     return names
 
@@ -78,23 +78,25 @@ def joined(tracks: Sequence[PoseSequence], names: dict[str, str]) -> tuple[PoseS
     return tuple(people)
 
 
-def may_be(one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
+def may_be(first: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
     """Whether two tracks with times may be of one person: never in one image, in one scene, and wherever one goes on
     for the other, as large, by all but the arms, which may be up, and within reach of one who had not gone out of the
     image. size: the image's width and height."""
-    frames = np.concatenate([one.frame_index, other.frame_index])
+    frames = np.concatenate([first.frame_index, other.frame_index])
     order = np.argsort(frames, kind="stable")
-    if one.scene != other.scene or (np.diff(frames[order]) <= 0).any():
+    if first.scene != other.scene or (np.diff(frames[order]) <= 0).any():
         return False
-    points = np.concatenate([one.joints, other.joints])[order]
+    points = np.concatenate([first.joints, other.joints])[order]
     there = np.flatnonzero(is_finite(points).any(axis=1))
     points, order = points[there], order[there]
-    time_s = np.concatenate([one.times, other.times])[order]
-    ends = np.flatnonzero(np.diff(order >= len(one)))
+    time_s = np.concatenate([first.times, other.times])[order]
+    ends = np.flatnonzero(np.diff(order >= len(first)))
     goes_on = ends + 1
     corners = np.stack([np.nanmin(points, axis=1), np.nanmax(points, axis=1)], axis=1)
-    trunk_legs = [joint for joint in LIMBS if joint in one.layout and not joint.endswith(("elbow", "wrist"))]
-    body, middle = extent(points[:, one.layout.indices(trunk_legs)]), corners.mean(axis=1)
+    trunk_legs = [
+        joint for joint in LIMBS if joint in first.layout and not joint.endswith(("elbow", "wrist"))
+    ]
+    body, middle = extent(points[:, first.layout.indices(trunk_legs)]), corners.mean(axis=1)
     larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
     away_s = time_s[goes_on] - time_s[ends]
     way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
@@ -106,9 +108,11 @@ def may_be(one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> boo
     return bool(((larger <= LARGER * smaller) & near & ~left.any(axis=1)).all())
 
 
-def _beside(one: PoseSequence, other: PoseSequence) -> bool:
+def _beside(first: PoseSequence, other: PoseSequence) -> bool:
     """Whether one track begins before the other ends, and the other way round."""
-    return bool(one.frame_index[0] <= other.frame_index[-1] and other.frame_index[0] <= one.frame_index[-1])
+    return bool(
+        first.frame_index[0] <= other.frame_index[-1] and other.frame_index[0] <= first.frame_index[-1]
+    )
 
 
 def _look(track: PoseSequence, video: Video) -> np.ndarray | None:
@@ -137,8 +141,8 @@ def _look(track: PoseSequence, video: Video) -> np.ndarray | None:
     return np.mean(looks, axis=0) if looks else None
 
 
-def _apart(one: np.ndarray | None, other: np.ndarray | None) -> float:
+def _apart(look: np.ndarray | None, other: np.ndarray | None) -> float:
     """Hellinger distance, 0 to 1; infinite where a look is not known."""
-    if one is None or other is None:
+    if look is None or other is None:
         return float("inf")
-    return float(np.sqrt(max(1 - np.sqrt(one * other).sum(), 0.0)))
+    return float(np.sqrt(max(1 - np.sqrt(look * other).sum(), 0.0)))

@@ -7,23 +7,15 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.layouts import LIMBS
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate
 from ..files.detections import FEWEST_FRAMES, listed
-from ..signals.reprojection import FEWEST
-from ..signals.visibility import certain
 from .tracker import steps
 
-# How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
-# of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
-# 0.18 to 0.6 off the same person's a third of a second later, and 0.44 to 0.66 off another person's.
-_ALIKE, _BY_FAR = (0.04, 0.25), 1.5
 # Frames, and of the body's size from one to the next: looser ones took 12 of 444 sound takes for exchanged.
 _AT_ONCE, _ONE_PLACE = 3, 0.15
-_ENOUGH_FRAMES = 10  # medians of three frames were up to 0.8 off where a person turned
 
 
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
@@ -42,7 +34,7 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     if person is None and len(people) == 1:
         return _beside(people[0], everybody)
     names: dict[str, Any] = {poses.person: poses for poses in people}
-    listed = _listed(people)
+    listed = listed_people(people)
     if rank is not None:
         raise InputError(
             "choose-person",
@@ -111,60 +103,7 @@ def _adjoined(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> list[No
     return [notice("cut-or-another", frame=frame) for frame in sorted(frames)]
 
 
-def same_person(
-    poses: PoseSequence, tracks: tuple[PoseSequence, ...], names: tuple[str, str]
-) -> PoseSequence:
-    """The 2D track that shows the person of 3D poses, by how the limbs lie in the image. InputError unless one does by
-    far, and for poses in a world, which do not tell what an image shows.
-
-    poses: H36M17, of a camera in CAMERA. tracks: in IMAGE, by the same frame numbers. names: of the file of each, for
-    errors. The step that is noted says how far apart the two are (`_apart`).
-    """
-    of_camera = poses.frame.family == "camera"
-    apart = [_apart(poses, certain(track, None)) if of_camera else np.inf for track in tracks]
-    best, *others = np.argsort(apart).tolist()
-    least, most = _ALIKE
-    if apart[best] > most or any(apart[other] < _BY_FAR * max(apart[best], least) for other in others):
-        raise InputError(
-            "choose-person",
-            f"The people of {names[0]} and {names[1]} have separate numbers, and the limbs do not show which track "
-            f"is person '{poses.person}': the second holds {_listed(tracks)}; choose it with --set "
-            "read.keypoints_person=NAME, or leave --keypoints out.",
-        )
-    return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
-
-
-def _apart(poses: PoseSequence, track: PoseSequence) -> float:
-    """Median over the frames that both have of how far hips to wrists are off in the image plane; infinite for too few
-    frames."""
-    _, rows, track_rows = np.intersect1d(
-        poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
-    )
-    limbs = [joint for joint in LIMBS if joint in track.layout]
-    body = poses.joints[rows][:, poses.layout.indices(limbs), :2].astype(np.float64)
-    image = track.joints[track_rows][:, track.layout.indices(limbs)].astype(np.float64)
-    off = _off_in_image(body, image)
-    return float(np.nanmedian(off)) if np.isfinite(off).sum() >= _ENOUGH_FRAMES else np.inf
-
-
-def _off_in_image(body: np.ndarray, image: np.ndarray) -> np.ndarray:
-    """(N,) how far points body (N, J, 2) are from those of the image, over the spread of these, when each row's are
-    moved and scaled onto them: 0 for the same pose, 1 for none; NaN where fewer than FEWEST are in both."""
-    both = (is_finite(body) & is_finite(image))[..., None]
-    enough = both.sum(axis=(1, 2)) >= FEWEST
-    off = np.full(len(both), np.nan)
-    both = both[enough]
-    body, image = (
-        np.where(both, points - np.nanmean(np.where(both, points, np.nan), axis=1, keepdims=True), 0)
-        for points in (body[enough], image[enough])
-    )
-    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(image, axis=(1, 2))
-    alike = np.divide((body * image).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
-    off[enough] = np.sqrt(1 - np.clip(alike, 0, 1) ** 2)
-    return off
-
-
-def _listed(people: tuple[PoseSequence, ...]) -> str:
+def listed_people(people: tuple[PoseSequence, ...]) -> str:
     return ", ".join(f"{poses.person} ({how_many(len(poses), 'frame')})" for poses in people)
 
 

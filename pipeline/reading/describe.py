@@ -60,8 +60,8 @@ def refuse_damaged(path: Path) -> None:
     except InputError as error:
         if error.code in ("file-damaged", "nothing-usable", "unsafe"):
             raise
-    if path.suffix.lower() == ".json" and (words := in_words(path)).startswith(_BROKEN):
-        raise InputError("file-damaged", f"{path} is {words}; write or copy it again.")
+    if path.suffix.lower() == ".json" and (reason := in_words(path)).startswith(_BROKEN):
+        raise InputError("file-damaged", f"{path} is {reason}; write or copy it again.")
 
 
 def why_no_input(path: Path, gives: str | None) -> str:

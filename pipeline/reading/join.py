@@ -20,9 +20,9 @@ from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..signals.filters import nearest_row, rate
 from .bounds import check_fps, check_times, rate_doubts
-from .choose import same_person
 from .load import Source
 from .settings import RunOptions
+from .together import same_person
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
 _OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second
@@ -79,9 +79,9 @@ class Files:
 
     def track_of(self, poses: PoseSequence) -> PoseSequence:
         """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
-        assert self.poses is not None
         assert self.keypoints is not None
-        return same_person(poses, self.keypoints.people, (str(self.poses.path), str(self.keypoints.path)))
+        tracks = self.keypoints.people
+        return same_person(poses, tracks, self._named, self.image_size, self.options.focal)
 
     def joined(
         self, poses: PoseSequence | None, keypoints: PoseSequence | None
@@ -121,7 +121,7 @@ class Files:
                 poses = _starting_at(int(poses.frame_index[0]) + first, poses)
                 first = None  # done, for keypoints beside them have numbers of their own
         if poses is not None and keypoints is not None:
-            poses = numbered_by(keypoints, poses, " and ".join(str(file.path) for file in self._files))
+            poses = numbered_by(keypoints, poses, self._named)
         if first is None:
             return poses, keypoints
         # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
@@ -134,8 +134,9 @@ class Files:
         return poses, keypoints
 
     @property
-    def _files(self) -> list[Source]:
-        return [file for file in (self.poses, self.keypoints) if file is not None]
+    def _named(self) -> str:
+        """The files of people, for errors."""
+        return " and ".join(str(file.path) for file in (self.poses, self.keypoints) if file is not None)
 
     def video_seconds(self) -> np.ndarray:
         """(N,) seconds of all frames of the video."""

@@ -12,10 +12,9 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.reading.choose import same_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
-from pcnet3d.pipeline.reading.together import together
+from pcnet3d.pipeline.reading.together import same_person, together
 
 
 def shown(poses, folder, order=lambda people, frame: people):
@@ -122,7 +121,7 @@ def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
         other = track.with_(
             joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other"
         )
-        assert same_person(poses, (other, track), ("a", "b")).person == track.person
+        assert same_person(poses, (other, track), "a and b").person == track.person
 
 
 def test_keypoints_of_one_person_leave_the_others_out(mmpose, tmp_path):
