@@ -9,7 +9,6 @@ import os
 import re
 import shutil
 import socket
-import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
@@ -66,7 +65,7 @@ def write_json(path: Path, content: object) -> None:
 
 def refuse_unwritable(path: Path) -> None:
     """InputError when no folder can be made at `path`, so that it is said before the work and not after it."""
-    there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
+    there = _there(path)
     if not there.is_dir():
         raise InputError(
             "cannot-write", f"Expected a folder to write into, but {there} is a file; choose another -o."
@@ -84,9 +83,14 @@ def refuse_unwritable_file(path: Path) -> None:
     refuse_unwritable(path.parent)
 
 
+def _there(path: Path) -> Path:
+    """The path itself or the nearest of its parents that exists."""
+    return next(place for place in (path.absolute(), *path.absolute().parents) if place.exists())
+
+
 def require_space(folder: Path, needed: int, what: str) -> None:
     """InputError when the disk of a folder, which need not be there yet, has less than that many bytes left."""
-    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+    there = _there(folder)
     free = shutil.disk_usage(there).free
     if free < needed:
         raise InputError(
@@ -111,8 +115,8 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
     made = [parent for parent in path.parents if not parent.exists()]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-{_us()}-", dir=path.parent))
-        partial.chmod(0o777 & ~_umask())
+        partial = path.with_name(f".{path.name}.partial-{_us()}-{token_hex(4)}")
+        partial.mkdir()
     except OSError as error:
         _remove_empty(made)
         raise InputError(
@@ -251,12 +255,6 @@ def _remove_empty(folders: list[Path]) -> None:
     for folder in folders:
         with suppress(OSError):
             folder.rmdir()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def printable(name: str) -> str:
