@@ -130,6 +130,8 @@ def _described(container: InputContainer, path: Path) -> Video:
     if not container.streams.video:
         raise InputError("format-unknown", f"Expected a video in {path}, but it has no video stream.")
     stream = container.streams.video[0]
+    if stream.codec_context is None:  # as of a file that names a codec that there is not
+        raise InputError("file-damaged", f"Expected a video in {path}, but its images are of no known kind.")
     stream.codec_context.thread_count = cores()
     # Counted before packets are read, which lengthens the index of some containers.
     indexed = len(stream.index_entries)
