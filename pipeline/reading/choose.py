@@ -104,6 +104,7 @@ def _adjoined(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> list[No
 
 
 def listed_people(people: tuple[PoseSequence, ...]) -> str:
+    """Everybody's name with how many frames they have, for a sentence."""
     return ", ".join(f"{poses.person} ({how_many(len(poses), 'frame')})" for poses in people)
 
 
