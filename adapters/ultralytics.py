@@ -16,6 +16,7 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
+from .kit.frames import numbered_files
 from .kit.opened import filled_lines, first_lines
 from .kit.people import People, in_pixels
 
@@ -31,7 +32,7 @@ _NUMBER = re.compile(r"(?:^|_)(\d+)$")
 
 def sniff(path: Path) -> bool:
     first = next(iter(_files(path)), None) if path.is_dir() else None
-    return first is not None and len((first_lines(path / first, 4096) or [""])[0].split()) in _COUNTS
+    return first is not None and len((first_lines(first, 4096) or [""])[0].split()) in _COUNTS
 
 
 def read(
@@ -49,25 +50,20 @@ def read(
     return sightings.keypoints()
 
 
-def _files(path: Path) -> dict[str, int]:
-    """The folder's text files by name, with the frame that each is of, counted from 0."""
-    numbered = ((file.name, _NUMBER.search(file.stem)) for file in path.glob("*.txt"))
-    frames = {name: int(match[1]) - 1 for name, match in numbered if match}
-    return dict(sorted(frames.items(), key=lambda item: item[1]))
+def _files(path: Path) -> list[Path]:
+    return sorted(file for file in path.glob("*.txt") if _NUMBER.search(file.stem))
 
 
 def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
-    """Frame, points (17, 3) in shares of the image with scores, and track of everybody."""
+    """Frame from 0, points (17, 3) in shares of the image with scores, and track of everybody."""
     files = _files(path)
-    videos = sorted({_NUMBER.sub("", Path(name).stem) for name in files})
-    if len(videos) != 1:
+    if not files:
         raise InputError(
-            "files-apart" if videos else "format-unknown",
-            f"Expected the numbered texts of one video in {path}, found those of {', '.join(videos[:3]) or 'none'}.",
+            "format-unknown", f"Expected the numbered texts of one video in {path}, found none there."
         )
-    for name, frame in files.items():
-        for line, text in enumerate(filled_lines(path / name, "people of one frame"), 1):
-            where = f"{path / name}, line {line}"
+    for number, file in numbered_files(path, files):
+        for line, text in enumerate(filled_lines(file, "people of one frame"), 1):
+            where = f"{file}, line {line}"
             try:
                 values = np.array(text.split(), dtype=np.float64)
             except ValueError:
@@ -80,4 +76,4 @@ def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
             columns = 2 if len(values) == _COUNTS[0] else 3
             points = np.full((_JOINTS, 3), np.nan)
             points[:, :columns] = values[_BEFORE : _BEFORE + columns * _JOINTS].reshape(_JOINTS, columns)
-            yield frame, points, f"{values[-1]:.0f}" if len(values) == _COUNTS[2] else None
+            yield number - 1, points, f"{values[-1]:.0f}" if len(values) == _COUNTS[2] else None

@@ -22,7 +22,7 @@ from ..pipeline.core.take import Video
 from ..pipeline.files.images import images_in, is_image, read_image
 from ..pipeline.files.video_frames import opened
 from ..pipeline.reading.bounds import check_fps
-from .kit.json import frame_number
+from .kit.frames import numbered_files
 from .kit.opened import first_bytes
 
 if TYPE_CHECKING:
@@ -100,21 +100,13 @@ def read(path: Path, fps: float | None = None) -> tuple[Video]:
 
 def _of_images(folder: Path, files: list[Path], fps: float | None) -> Video:
     """One image comes 1/fps after the other; missing numbers are a hole, but for a step that all have."""
-    numbers = np.array([frame_number(file.name, str(folder)) for file in files])
-    order = np.argsort(numbers, kind="stable")
-    steps = np.diff(numbers[order])
-    if (steps == 0).any():
-        first, second = (files[row].name for row in order[np.argmax(steps == 0) :][:2])
-        raise InputError(
-            "files-apart",
-            f"Expected the images of one video in {folder}, each with a number of its own, got {first} and {second}; "
-            "keep each video's images in a folder of their own.",
-        )
+    frames = numbered_files(folder, files)
+    images, steps = tuple(file for _, file in frames), np.diff([number for number, _ in frames])
     if fps is None:
         raise InputError(
             "needs-rate", f"Nothing says at which rate the images in {folder} were taken: give --fps F."
         )
-    height, width = read_image(files[order[0]]).shape[:2]
+    height, width = read_image(images[0]).shape[:2]
     return Video(
         path=folder,
         width=width,
@@ -122,7 +114,7 @@ def _of_images(folder: Path, files: list[Path], fps: float | None) -> Video:
         time_s=np.cumsum([0, *steps // np.gcd.reduce(steps, initial=0)]) / check_fps(fps),
         codec="images",
         key_frames=tuple(range(len(files))),
-        images=tuple(files[row] for row in order),
+        images=images,
     )
 
 

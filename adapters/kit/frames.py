@@ -19,7 +19,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from .clock import Moments, first_of, plain
-from .json import beginning, each, frame_number, load, numbers
+from .json import beginning, each, frame_number, load, numbers, stem
 
 _PEOPLE = (
     "instances",
@@ -167,8 +167,7 @@ def frame_files(path: Path) -> list[Path]:
 
 
 def _numbered(path: Path, what: str) -> list[tuple[int, Path]]:
-    """Frame and file in order of names: the last number in a name that is not the same in all of them counts.
-    InputError for a file without it."""
+    """Frame and file in order. InputError as of `numbered_files`, and for a folder without any."""
     files = frame_files(path)
     if not files:
         raise InputError(
@@ -176,7 +175,13 @@ def _numbered(path: Path, what: str) -> list[tuple[int, Path]]:
             f"Expected {what} in a folder of files numbered by frame (walk_0000{_ENDING}, cam01.0000.json) at {path}, "
             "found none there.",
         )
-    names = [_NUMBER.split(file.name.removesuffix(".json").removesuffix("_keypoints")) for file in files]
+    return numbered_files(path, files)
+
+
+def numbered_files(path: Path, files: Sequence[Path]) -> list[tuple[int, Path]]:
+    """Number and file of each frame in a folder, in order: the last number in a name that is not the same in all of
+    them counts. InputError for a file without it, and for those of several videos."""
+    names = [_NUMBER.split(stem(file.name).removesuffix("_keypoints")) for file in files]
     places = range(2, max(map(len, names)) + 1, 2)  # of the numbers, from the end
     place = next((p for p in places if len({name[-p] for name in names if len(name) > p}) > 1), 2)
     short = next((file for file, name in zip(files, names, strict=True) if len(name) <= place), None)
@@ -186,14 +191,16 @@ def _numbered(path: Path, what: str) -> list[tuple[int, Path]]:
             f"Expected a frame's number in the name of each file in {path}, in the same place, got {short.name}; take "
             "it out of the folder, or number it.",
         )
+    frames = [(frame_number(name[-place], str(file)), file) for name, file in zip(names, files, strict=True)]
+    frames.sort(key=lambda frame: frame[0])
     videos = sorted({"".join((*name[:-place], "*", *name[len(name) - place + 1 :])) for name in names})
-    if len(videos) > 1:
+    if len(videos) > 1 or len({number for number, _ in frames}) < len(frames):
         raise InputError(
             "files-apart",
-            f"Expected the frames of one video in {path}, got those of {len(videos)}: {videos[0]}, {videos[1]}; "
-            "give each video a folder of its own.",
+            f"Expected the frames of one video in {path}, each with a number of its own, got "
+            f"{' and '.join(videos[:2])}; give each video a folder of its own.",
         )
-    return [(frame_number(name[-place], str(file)), file) for name, file in zip(names, files, strict=True)]
+    return frames
 
 
 def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:

@@ -223,12 +223,17 @@ def numbers(values: Any, where: str) -> np.ndarray:
     return array
 
 
+def stem(image: str) -> str:
+    """An image's or file's name without what kind of file it is."""
+    return _ROBOFLOW.sub("", _SUFFIX.sub("", image))
+
+
 def frame_number(image: Any, where: str) -> int:
     """The video frame of an image: the number itself, or the last number in a name such as "clip_0012.jpg". InputError
     for anything else."""
     number = image
     if isinstance(image, str):
-        digits = re.findall(r"0*([0-9]+)", _ROBOFLOW.sub("", _SUFFIX.sub("", image)))
+        digits = re.findall(r"0*([0-9]+)", stem(image))
         number = int(digits[-1]) if digits and len(digits[-1]) < 20 else None
     if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < _MAX_FRAME:
         raise InputError(

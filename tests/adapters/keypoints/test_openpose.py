@@ -85,7 +85,7 @@ def test_normalised_coordinates_are_refused(write, moving):
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("run_000000000000", '{"people": []}', r"one video.*run_\*, walk.v2_\*"),
+        ("run_000000000000", '{"people": []}', r"one video.*run_\* and walk.v2_\*"),
         ("front", '{"people": []}', r"a frame's number in the name.*got front_keypoints\.json"),
         ("walk.v2_000000000007", '{"people": [{"pose_', r"0007_keypoints.json, but its JSON is incomplete"),
     ],
