@@ -250,7 +250,9 @@ def inspect(
     if plot is not None:
         from .inspect.image import draw
 
-        drawn = max(inspection.people, key=lambda one: (one.poses is not None, len(one.source))).poses
+        drawn = max(
+            inspection.people, key=lambda candidate: (candidate.poses is not None, len(candidate.source))
+        ).poses
         if drawn is None:
             raise InputError(
                 "option-conflict", f"{file} has no 3D poses that could be drawn; leave --plot out."

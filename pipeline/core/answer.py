@@ -54,7 +54,7 @@ def headlines(take: Take) -> list[Headline]:
     """The figures of the first screen: of the movements that were found, then the joints that range furthest for their
     error. No length or speed without a scale."""
     measures = take.figures
-    found = [
+    figures = [
         *_of(measures.group("walking"), "", ("steps", "cadence", "walking_speed", "mean_step_length")),
         *_of(measures.group("jumps"), "jumps", ("count", "height_by_flight_time")),
         *_of(measures.group("knee_bends"), "knee bends", ("count", "peak")),
@@ -65,7 +65,7 @@ def headlines(take: Take) -> list[Headline]:
         ),
     ]
     metric = take.poses is not None and take.poses.frame.metric
-    kept = [headline for unit, headline in found if metric or unit not in OF_LENGTH]
+    kept = [headline for unit, headline in figures if metric or unit not in OF_LENGTH]
     joints = [
         Headline(f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.words(side))
         for each in joint_ranges(measures.group("range_of_motion"))
@@ -108,15 +108,18 @@ def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
     if steps is None:
         return
     back = walking.count("backward_steps")
-    words = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
-    words += f" ({back} backwards)" if back else ""
+    sentence = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
+    sentence += f" ({back} backwards)" if back else ""
     if walking.count("walks") == 1 and (lasts_s := walking.value("walked")):
-        words += f" in {lasts_s:.1f} s"
+        sentence += f" in {lasts_s:.1f} s"
     if ends := walking.text("not_visible"):
-        words += f" ({ends} not visible)"
+        sentence += f" ({ends} not visible)"
     figures = [walking.figure(name) for name in ("cadence", "walking_speed")[: 1 + metric]]
     said = [f"{row.about.label} {_stated(row)}" for row in figures if row]
-    yield int(steps.value), " ".join([f"{words}.", f"{', '.join(said).capitalize()}." * bool(said)]).rstrip()
+    yield (
+        int(steps.value),
+        " ".join([f"{sentence}.", f"{', '.join(said).capitalize()}." * bool(said)]).rstrip(),
+    )
 
 
 def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
@@ -144,10 +147,10 @@ def _raised(arms: Measures) -> Iterator[tuple[int, str]]:
         yield from _held(of, f"{side.capitalize()} arm held up")
 
 
-def _together(one: Measures, other: Measures) -> bool:
+def _together(right: Measures, left: Measures) -> bool:
     """Whether the repetitions of both are at their highest at the same times, within a part of the shorter one: arms
     that swing to and fro are not raised together."""
-    pairs = zip(one.spans, one.times("peak_at"), other.spans, other.times("peak_at"), strict=False)
+    pairs = zip(right.spans, right.times("peak_at"), left.spans, left.times("peak_at"), strict=False)
     return all(abs(at - at_other) <= _AT_ONCE * min(b - a, d - c) for (a, b), at, (c, d), at_other in pairs)
 
 
@@ -217,12 +220,12 @@ def _ranges(measures: Measures) -> Iterator[str]:
 def joint_ranges(ranges: Measures) -> list[JointRange]:
     """The joints whose range is the most times its error, by that of the side that moves more; empty where none moves
     by more, and all have an error, on both sides, or where none is known. ranges: that group."""
-    known = [each for name in _JOINTS if (each := _range(ranges, name)).ends]
-    moving = [each for each in known if each.times > 1]
-    whole = all(each.bar is not None and set(each.ends) in ({""}, set(_SIDES)) for each in known)
-    if not moving and whole and len(known) == len(_JOINTS):
+    with_range = [each for name in _JOINTS if (each := _range(ranges, name)).ends]
+    moving = [each for each in with_range if each.times > 1]
+    whole = all(each.bar is not None and set(each.ends) in ({""}, set(_SIDES)) for each in with_range)
+    if not moving and whole and len(with_range) == len(_JOINTS):
         return []
-    return sorted(moving or known, key=lambda each: -each.times)
+    return sorted(moving or with_range, key=lambda each: -each.times)
 
 
 def _range(ranges: Measures, name: str) -> JointRange:

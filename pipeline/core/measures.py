@@ -184,10 +184,10 @@ class Measures:
 
     def group(self, *names: str) -> Measures:
         """The group inside by these names, the outermost first; empty where there is none."""
-        found = self
+        inner = self
         for name in names:
-            found = found.groups.get(name, Measures((), (*found.path, name)))
-        return found
+            inner = inner.groups.get(name, Measures((), (*inner.path, name)))
+        return inner
 
     def figure(self, name: str) -> Measure | None:
         """The figure of this group by that name, None where there is none."""

@@ -171,21 +171,21 @@ def _ticks(low: float, high: float, most: int) -> list[tuple[float, str]]:
 def _line(x: np.ndarray, y: np.ndarray) -> str:
     """The `d` of an SVG path through points, begun anew behind every gap; a point between gaps is a dot."""
     parts, drawing = [], False
-    known = np.isfinite(x) & np.isfinite(y)
+    drawable = np.isfinite(x) & np.isfinite(y)
     for i in range(len(x)):
-        if known[i]:
+        if drawable[i]:
             parts.append(f"{'L' if drawing else 'M'}{x[i]:.1f} {y[i]:.1f}")
-            if not drawing and not (i + 1 < len(x) and known[i + 1]):
+            if not drawing and not (i + 1 < len(x) and drawable[i + 1]):
                 parts.append("h.1")
-        drawing = bool(known[i])
+        drawing = bool(drawable[i])
     return "".join(parts)
 
 
 def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
     """The `d` of an SVG path around what lies between two curves, a piece between every two gaps."""
-    known = is_finite(np.stack([x, bottom, top], axis=-1))
+    drawable = is_finite(np.stack([x, bottom, top], axis=-1))
     pieces = []
-    for start, stop in stretches(np.asarray(known)):
+    for start, stop in stretches(np.asarray(drawable)):
         there = [*range(start, stop)]
         points = [f"{x[i]:.1f} {bottom[i]:.1f}" for i in there]
         points += [f"{x[i]:.1f} {top[i]:.1f}" for i in reversed(there)]

@@ -64,7 +64,7 @@ class Soft(NamedTuple):
     words: str
 
 
-class Told(NamedTuple):
+class Tile(NamedTuple):
     """A figure that stands alone: its name, its value with error and unit, and a line about what it is. soft: in grey,
     since it says nothing by itself. large: one of the few to be read first."""
 
@@ -129,9 +129,9 @@ def gauge(
     return kit().gauge(level, word, sentence, list(checks))
 
 
-def told(items: Iterable[Told]) -> Markup:
+def tiles(items: Iterable[Tile]) -> Markup:
     """Figures side by side, each with what it is on demand; nothing when there are none."""
-    items = sorted(items, key=lambda one: not one.large)
+    items = sorted(items, key=lambda tile: not tile.large)
     return kit().figures(items) if items else Markup("")
 
 

@@ -38,9 +38,9 @@ def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
     for place, movements in groupby(every, _with_curves):
         curves: list[Curve] = []
         for counted in movements:
-            spans = np.array([(each.start_s, each.stop_s) for each in counted.events if each.whole]).reshape(
-                -1, 2
-            )
+            spans = np.array(
+                [(repetition.start_s, repetition.stop_s) for repetition in counted.events if repetition.whole]
+            ).reshape(-1, 2)
             for angle in counted.movement.shown:
                 curves += mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
             own = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
@@ -70,45 +70,47 @@ def _figures(motion: Motion, counted: Counted) -> list[Row]:
     peaks = _peaks(motion, angle, events, sd)
     result: list[Row] = [
         Measure("count", len(events), at_least=counted.at_least),
-        moments("start", (one.start_s for one in events)),
-        moments("stop", (one.stop_s for one in events)),
-        moments("peak_at", (one.peak_s for one in events)),
+        moments("start", (repetition.start_s for repetition in events)),
+        moments("stop", (repetition.stop_s for repetition in events)),
+        moments("peak_at", (repetition.peak_s for repetition in events)),
         *peaks,
     ]
     if counted.movement.in_place:
         result.append(_squats(motion, counted))
-    if not (whole := [one for one in events if one.whole]):
+    if not (whole := [repetition for repetition in events if repetition.whole]):
         return result
     usual = known_median(sd)
     # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
     # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.
     height_sd = np.sqrt(2) * (usual if np.isfinite(usual) else unknown_deg(motion))
-    ends_s = float(np.mean([near_ends_s(driver, motion.times, one, height_sd) for one in whole]))
+    ends_s = float(
+        np.mean([near_ends_s(driver, motion.times, repetition, height_sd) for repetition in whole])
+    )
     each_s = time_resolution(rate(motion.times))
     each_s = float(np.hypot(each_s, _EACH_S)) if np.isfinite(usual) else each_s
-    durations_s = np.array([one.stop_s - one.start_s for one in whole])
+    durations_s = np.array([repetition.stop_s - repetition.start_s for repetition in whole])
     return [
         *result,
         *spread("duration", durations_s, each_s, shared=ends_s),
-        *spread("rise", np.array([one.rise for one in whole]), shared=height_sd),
+        *spread("rise", np.array([repetition.rise for repetition in whole]), shared=height_sd),
     ]
 
 
 def _peaks(motion: Motion, angle: str, events: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
     """Those that were seen, with their errors, if all have one; then the minimal detectable change."""
-    seen = [i for i, one in enumerate(events) if np.isfinite(one.peak)]
-    errors = [float(sd[np.searchsorted(motion.times, events[i].peak_s)]) for i in seen]
-    known, usual = bool(np.isfinite(errors).all()), known_median(np.array(errors))
+    with_peak = [i for i, repetition in enumerate(events) if np.isfinite(repetition.peak)]
+    errors = [float(sd[np.searchsorted(motion.times, events[i].peak_s)]) for i in with_peak]
+    all_known, usual = bool(np.isfinite(errors).all()), known_median(np.array(errors))
     mdc90 = SD_90 * error_of_difference(motion, f"peak.{of_both(angle)}", (usual, usual), "repetitions")
     peaks = [
-        replace(with_error("peak", events[i].peak, error if known else np.nan), number=i)
-        for i, error in zip(seen, errors, strict=True)
+        replace(with_error("peak", events[i].peak, error if all_known else np.nan), number=i)
+        for i, error in zip(with_peak, errors, strict=True)
     ]
-    return [*peaks, *([Measure("peak_mdc90", mdc90)] if known and len(peaks) > 1 else [])]
+    return [*peaks, *([Measure("peak_mdc90", mdc90)] if all_known and len(peaks) > 1 else [])]
 
 
 def _squats(motion: Motion, counted: Counted) -> Measure:
-    rows = np.searchsorted(motion.times, [one.peak_s for one in counted.events])
+    rows = np.searchsorted(motion.times, [bend.peak_s for bend in counted.events])
     sd = counted.sd[rows]
     sure, more = squats(counted, SD_90 * np.where(np.isfinite(sd), sd, unstated_deg(motion)))
     return Measure("squats", sure, at_least=more)
@@ -118,12 +120,12 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
     """Postures that are held: no repetitions of a movement, and in none of its means."""
     if not held:
         return []
-    longest = max(one.held_s for one in held)
-    cut = any(any(one.cut) and one.held_s == longest for one in held)
+    longest = max(hold.held_s for hold in held)
+    cut = any(any(hold.cut) and hold.held_s == longest for hold in held)
     rows: list[Row] = [
         Measure("count", len(held)),
-        moments("start", (one.held[0] for one in held)),
-        moments("stop", (one.held[1] for one in held)),
+        moments("start", (hold.held[0] for hold in held)),
+        moments("stop", (hold.held[1] for hold in held)),
         Measure("longest", float(longest), at_least=cut),
     ]
     return within("holds", rows)

@@ -47,21 +47,21 @@ def error_of_difference(motion: Motion, figure: str, errors: tuple[float, float]
     return difference_sd(figure, errors, between) if judged(motion.source) else float(np.hypot(*errors))
 
 
-def error_of_range(motion: Motion, angle: str, found_deg: float, ends: tuple[float, float]) -> float:
+def error_of_range(motion: Motion, angle: str, range_deg: float, ends: tuple[float, float]) -> float:
     """Of a range of an angle by the standard deviations of both ends."""
     error = float(np.hypot(*ends))
-    return range_sd(of_both(angle), found_deg, error, motion.duration_s) if judged(motion.source) else error
+    return range_sd(of_both(angle), range_deg, error, motion.duration_s) if judged(motion.source) else error
 
 
-def observable(known: np.ndarray) -> Measure:
+def observable(judged: np.ndarray) -> Measure:
     """In how much of the take, by its frames (T,), a movement could be judged."""
-    return Measure("observable", 100 * float(known.mean()) if len(known) else 0.0)
+    return Measure("observable", 100 * float(judged.mean()) if len(judged) else 0.0)
 
 
 def basis(values: np.ndarray) -> list[Measure]:
     """How many frames of (T,) a figure rests on, and the share that has no value."""
-    known = np.isfinite(values)
-    return [Measure("frames", int(known.sum())), Measure("nan_share", float(1 - known.mean()))]
+    has_value = np.isfinite(values)
+    return [Measure("frames", int(has_value.sum())), Measure("nan_share", float(1 - has_value.mean()))]
 
 
 def spread(
@@ -79,8 +79,8 @@ def spread(
         return []
     sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
     own = np.fmax(sd, resolution) / np.sqrt(len(values))
-    known = np.isfinite(sd) or shared
-    error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # no error is known to be 0
+    has_error = np.isfinite(sd) or shared
+    error = float(np.hypot(own, shared) if has_error else 0.0) or float("nan")  # no error is known to be 0
     mean = Measure(f"mean_{name}", float(values.mean()), stated(error))
     return [mean, *deviation(name, values, resolution)]
 

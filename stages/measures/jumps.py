@@ -92,7 +92,7 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
         )
 
     def stands(stance: Stance) -> bool:
-        return not any(one.off_s < stance.start_s and stance.stop_s < one.land_s for one in jumped)
+        return not any(flight.off_s < stance.start_s and stance.stop_s < flight.land_s for flight in jumped)
 
     fewest = _FEWEST_STEPS.get(gait.kind, 0)
     pieces = [(leap, list(steps)) for walk in gait.walks for leap, steps in groupby(walk, leaps)]
@@ -100,18 +100,18 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
     return replace(gait, walks=walks, feet={side: [*filter(stands, of)] for side, of in gait.feet.items()})
 
 
-def jumps(motion: Motion, airborne: Airborne, found: Sequence[Flight]) -> list[Row]:
+def jumps(motion: Motion, airborne: Airborne, jumped: Sequence[Flight]) -> list[Row]:
     """The group `jumps`: how many, when the feet leave the floor, on how many they take off and land, flight times,
     heights by these, and by how much the centre of mass rises (models/place/flights.py); the time on the floor
-    before a rebound. found: of `jumping`."""
+    before a rebound. jumped: of `jumping`."""
     judged = observable(motion.has(_LEGS) & (False if airborne.observable is None else airborne.observable))
-    if not found:
+    if not jumped:
         return [judged]
     rectified = motion.rectified
     stature = float(implied_stature(rectified.level.joints))
     up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
-    errors = [_errors(airborne, flight, up_deg) for flight in found]
-    each = list(enumerate(zip(found, errors, strict=True)))
+    errors = [_errors(airborne, flight, up_deg) for flight in jumped]
+    each = list(enumerate(zip(jumped, errors, strict=True)))
 
     def times(flight: Flight) -> float:
         return flight.land_s - flight.off_s
@@ -121,23 +121,23 @@ def jumps(motion: Motion, airborne: Airborne, found: Sequence[Flight]) -> list[R
     ]
     return [
         judged,
-        Measure("count", len(found), at_least=airborne.cut),
-        moments("start", (flight.off_s for flight in found)),
-        *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(found)),
-        *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(found)),
+        Measure("count", len(jumped), at_least=airborne.cut),
+        moments("start", (flight.off_s for flight in jumped)),
+        *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(jumped)),
+        *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(jumped)),
         *_numbered("flight_time", ((i, times(flight), error.time_s) for i, (flight, error) in each)),
         *_numbered("height_by_flight_time", ((i, _CM * high, _CM * error) for i, high, error in heights)),
         *_numbered(
             "jump_height",
             ((i, flight.rise * stature, error.rise * stature) for i, (flight, error) in each),
         ),
-        *_numbered("contact_time", _contacts(found, errors)),
+        *_numbered("contact_time", _contacts(jumped, errors)),
     ]
 
 
-def _contacts(found: Sequence[Flight], errors: Sequence[_Errors]) -> Iterator[tuple[int, float, float]]:
+def _contacts(jumped: Sequence[Flight], errors: Sequence[_Errors]) -> Iterator[tuple[int, float, float]]:
     """(number of the jump, seconds on the floor before it, error) of rebounds."""
-    for i, (before, flight) in enumerate(pairwise(found), 1):
+    for i, (before, flight) in enumerate(pairwise(jumped), 1):
         contact_s = flight.off_s - before.land_s
         if 0 < contact_s < _REBOUND_S:
             yield i, contact_s, errors[i].time_s

@@ -113,35 +113,35 @@ def count(motion: Motion, movement: Movement, taken: Spans = (), ankle: np.ndarr
     if np.isfinite(driver).any():
         least = max(least, movement.share * float(np.nanmax(driver) - np.nanmin(driver)))
     feet = _feet(motion) if movement.in_place else []
-    found = [
-        one
-        for one in repetitions(driver, motion.times, least, motion.seams, movement.up - movement.rise)
-        if (any(one.cut) or one.rise >= _OWN * movement.rise)
-        and (not movement.needs_up or _upright(motion, one))
-        and (not movement.in_place or _in_place(motion, one, driver, feet, taken, ankle))
+    candidates = [
+        repetition
+        for repetition in repetitions(driver, motion.times, least, motion.seams, movement.up - movement.rise)
+        if (any(repetition.cut) or repetition.rise >= _OWN * movement.rise)
+        and (not movement.needs_up or _upright(motion, repetition))
+        and (not movement.in_place or _in_place(motion, repetition, driver, feet, taken, ankle))
     ]
-    holds = tuple(one for one in found if one.is_hold)
-    moved = [one for one in found if not one.is_hold]
-    events = tuple(one for one in moved if min(one.seen) >= least)
-    at_least = len(events) < len(moved) or any(any(one.cut) for one in events)
+    holds = tuple(repetition for repetition in candidates if repetition.is_hold)
+    moved = [repetition for repetition in candidates if not repetition.is_hold]
+    events = tuple(repetition for repetition in moved if min(repetition.seen) >= least)
+    at_least = len(events) < len(moved) or any(any(repetition.cut) for repetition in events)
     return Counted(movement, events, holds, np.isfinite(driver), at_least, driver, sd)
 
 
 def _driver(motion: Motion, movement: Movement) -> tuple[np.ndarray, np.ndarray]:
     """(T,) the smallest of its angles where all its joints are known, and (T,) the standard deviation of that."""
     joints = movement.joints or ALL_ANGLES[movement.drivers[0]].joints
-    known = motion.has([joint for joint in joints if joint in H36M17])
+    visible = motion.has([joint for joint in joints if joint in H36M17])
     angles = np.array([motion.angle(name) for name in movement.drivers])
     which = np.argmin(np.nan_to_num(angles, nan=np.inf), axis=0)[None]
     sds = np.array([motion.sd(name) for name in movement.drivers])
-    driver = np.where(known & np.isfinite(angles).all(axis=0), angles.min(axis=0), np.nan)
+    driver = np.where(visible & np.isfinite(angles).all(axis=0), angles.min(axis=0), np.nan)
     return driver, np.take_along_axis(sds, which, axis=0)[0]
 
 
-def _upright(motion: Motion, one: Repetition) -> bool:
+def _upright(motion: Motion, repetition: Repetition) -> bool:
     """Whether somebody is where it begins, is highest and ends; true too where that is not known."""
     begins, highest, ends = motion.lean_deg[
-        nearest_row(motion.times, np.array([one.start_s, one.peak_s, one.stop_s]))
+        nearest_row(motion.times, np.array([repetition.start_s, repetition.peak_s, repetition.stop_s]))
     ]
     return not (begins > _UPRIGHT or ends > _UPRIGHT or highest > _BOWED)
 
@@ -212,6 +212,6 @@ def _feet(motion: Motion) -> list[np.ndarray]:
 def squats(counted: Counted, errors: np.ndarray) -> tuple[int, bool]:
     """How many knee bends surely reach SQUAT, and whether there may be more. errors: (N,) half of the 90 % bar of each
     of the events."""
-    peaks = np.array([one.peak for one in counted.events])
+    peaks = np.array([bend.peak for bend in counted.events])
     sure, may = (int((peaks + sign * errors >= SQUAT).sum()) for sign in (-1, 1))
     return sure, counted.at_least or may > sure or bool(np.isnan(peaks).any())

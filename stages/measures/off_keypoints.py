@@ -26,11 +26,11 @@ def off_keypoints(motion: Motion) -> list[Row]:
     against = contradicted(residuals, motion.times)
     for limb in LIMBS:
         share, px = residuals.limb(limb), residuals.limb_px(limb)
-        known = np.isfinite(share)
-        if not known.any():
+        has_value = np.isfinite(share)
+        if not has_value.any():
             continue
         own: list[Row] = [
-            Measure(f"{name}_{what}", float(np.percentile(values[known], percentile)))
+            Measure(f"{name}_{what}", float(np.percentile(values[has_value], percentile)))
             for what, values in (("in_image", px), ("of_stature", 100 * share))
             for name, percentile in (("median", 50), ("p95", 95))
         ]

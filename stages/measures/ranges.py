@@ -102,11 +102,11 @@ def _missing_at_an_end(values: np.ndarray) -> bool:
     """Whether frames (T,) are missing where the angle is large, or where it is small, as in every swing of a leg that
     is not seen: the others do not show how far it goes. By the ranks of the values beside the gaps, whose mean would be
     a half if they lay anywhere; of few gaps nobody knows."""
-    known = np.isfinite(values)
-    gaps = [(a, b) for a, b in stretches(~known) if a > 0 or b < len(values)]
-    if known.mean() >= 1 - _OUTERMOST or len(gaps) < _FEWEST_GAPS:
+    has_value = np.isfinite(values)
+    gaps = [(a, b) for a, b in stretches(~has_value) if a > 0 or b < len(values)]
+    if has_value.mean() >= 1 - _OUTERMOST or len(gaps) < _FEWEST_GAPS:
         return False
-    order = np.sort(values[known])
+    order = np.sort(values[has_value])
     beside = np.array(
         [np.mean([values[row] for row in (a - 1, b) if 0 <= row < len(values)]) for a, b in gaps]
     )
@@ -121,21 +121,21 @@ def _untold(motion: Motion, angle: str) -> float:
     return 0.0 if reason is None else float(np.isin(reason, (UNDEFINED, UNTRUSTED, EXCHANGED)).mean())
 
 
-def range_rows(motion: Motion, found: Mapping[str, Range]) -> list[Row]:
+def range_rows(motion: Motion, angles: Mapping[str, Range]) -> list[Row]:
     """The group `range_of_motion`."""
-    return [row for name, of in found.items() for row in within(name, _rows(motion, of), side_of(name))]
+    return [row for name, of in angles.items() for row in within(name, _rows(motion, of), side_of(name))]
 
 
 def _rows(motion: Motion, of: Range) -> list[Row]:
     if of.why:
         return [withheld(of.why), *basis(of.values)]
-    known, sd = of.values[np.isfinite(of.values)], motion.sd(of.angle)
+    values, sd = of.values[np.isfinite(of.values)], motion.sd(of.angle)
     least, most = ALL_ANGLES[of.angle].anatomy_deg
-    beyond = int(((known < least) | (known > most)).sum())
+    beyond = int(((values < least) | (values > most)).sum())
     return [
-        with_error("lowest", known.min(), of.low[1]),
-        with_error("highest", known.max(), of.high[1]),
-        Measure("full_range", float(known.max() - known.min())),
+        with_error("lowest", values.min(), of.low[1]),
+        with_error("highest", values.max(), of.high[1]),
+        Measure("full_range", float(values.max() - values.min())),
         with_error("p05", *of.low),
         with_error("p95", *of.high),
         with_error("p05_p95", of.deg, of.sd_deg),
@@ -161,17 +161,19 @@ def sides_withheld(take: Take) -> dict[str, str]:
     return why
 
 
-def symmetry_rows(motion: Motion, found: Mapping[str, Range], why: Mapping[str, str]) -> list[Row]:
+def symmetry_rows(motion: Motion, angles: Mapping[str, Range], why: Mapping[str, str]) -> list[Row]:
     """The group `symmetry`, of ranges of both sides. why: of `sides_withheld`."""
     if motion.duration_s < _BRIEF_S:
         return [withheld("take-too-short")]
-    pairs = dict.fromkeys(of_both(name) for name in found if name not in MIDLINE)
-    rows = [row for name in pairs for row in within(name, _compared(motion, name, found, why))]
+    pairs = dict.fromkeys(of_both(name) for name in angles if name not in MIDLINE)
+    rows = [row for name in pairs for row in within(name, _compared(motion, name, angles, why))]
     return [Remark("formula", _FORMULA), *rows]
 
 
-def _compared(motion: Motion, both: str, found: Mapping[str, Range], why: Mapping[str, str]) -> Iterator[Row]:
-    right, left = (found[f"{side}_{both}"] for side in SIDES.values())
+def _compared(
+    motion: Motion, both: str, angles: Mapping[str, Range], why: Mapping[str, str]
+) -> Iterator[Row]:
+    right, left = (angles[f"{side}_{both}"] for side in SIDES.values())
     if right.why or left.why:
         yield withheld("side-missing")
         return
@@ -192,9 +194,9 @@ def _compared(motion: Motion, both: str, found: Mapping[str, Range], why: Mappin
 def _alike(right: Range, left: Range) -> bool:
     """Whether each side was seen in as much of the take, and the frames that have both show about the whole range of
     each: one of them may have missed a part of the movement that the other shows."""
-    known = [np.isfinite(of.values) for of in (right, left)]
-    shared = known[0] & known[1]
-    if not shared.any() or not same_shares(*(1 - float(rows.mean()) for rows in known)):
+    has_value = [np.isfinite(of.values) for of in (right, left)]
+    shared = has_value[0] & has_value[1]
+    if not shared.any() or not same_shares(*(1 - float(rows.mean()) for rows in has_value)):
         return False
     return all(
         of.deg - float(np.ptp(np.percentile(of.values[shared], [5, 95])))

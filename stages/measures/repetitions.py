@@ -81,20 +81,20 @@ def repetitions(
     """All rises of x (T,) by `least` or more between its missing rows, in order, whether their begin and end were seen
     or not: beyond what was seen x counts as low as its lowest value, or `low`. A dip by less than `least` at the top
     ends none. Up to a quarter of a repetition, and a second, may be missing."""
-    known = np.isfinite(x)
-    if not known.any():
+    has_value = np.isfinite(x)
+    if not has_value.any():
         return []
-    low = min(low, float(x[known].min()))
+    low = min(low, float(x[has_value].min()))
     gaps = [gap for gap in _gaps(x, time_s, seams) if _lasts_s(gap, time_s) <= _BRIDGED_S]
     while True:
         filled = x.copy()
         for gap in gaps:
-            filled[gap] = np.interp(time_s[gap], time_s[known], x[known])
+            filled[gap] = np.interp(time_s[gap], time_s[has_value], x[has_value])
         pieces = runs(np.isfinite(filled), time_s, seams)
-        found = [one for rows in pieces for one in _within(filled[rows], time_s[rows], least, low)]
-        long = [gap for gap in gaps if any(_hides(gap, one, time_s) for one in found)]
+        rises = [rise for rows in pieces for rise in _within(filled[rows], time_s[rows], least, low)]
+        long = [gap for gap in gaps if any(_hides(gap, rise, time_s) for rise in rises)]
         if not long:
-            return [_as_seen(one, gaps, time_s) for one in found]
+            return [_as_seen(rise, gaps, time_s) for rise in rises]
         gaps = [gap for gap in gaps if gap not in long]
 
 
@@ -115,20 +115,20 @@ def _meets(gap: slice, start_s: float, stop_s: float, time_s: np.ndarray) -> boo
     return bool(time_s[gap.start - 1] <= stop_s and start_s <= time_s[gap.stop])
 
 
-def _hides(gap: slice, one: Repetition, time_s: np.ndarray) -> bool:
+def _hides(gap: slice, repetition: Repetition, time_s: np.ndarray) -> bool:
     """Whether too much of a repetition is missing there."""
-    much = _lasts_s(gap, time_s) > _BRIDGED * (one.stop_s - one.start_s)
-    return much and _meets(gap, one.start_s, one.stop_s, time_s)
+    much = _lasts_s(gap, time_s) > _BRIDGED * (repetition.stop_s - repetition.start_s)
+    return much and _meets(gap, repetition.start_s, repetition.stop_s, time_s)
 
 
-def _as_seen(one: Repetition, gaps: Sequence[slice], time_s: np.ndarray) -> Repetition:
+def _as_seen(repetition: Repetition, gaps: Sequence[slice], time_s: np.ndarray) -> Repetition:
     """Without what missing rows in it hide."""
 
     def lacks(at_s: float) -> bool:
         return any(_meets(gap, at_s, at_s, time_s) for gap in gaps)
 
-    cut = one.cut[0] or lacks(one.start_s), one.cut[1] or lacks(one.stop_s)
-    return replace(one, peak=np.nan if lacks(one.peak_s) else one.peak, cut=cut)
+    cut = repetition.cut[0] or lacks(repetition.start_s), repetition.cut[1] or lacks(repetition.stop_s)
+    return replace(repetition, peak=np.nan if lacks(repetition.peak_s) else repetition.peak, cut=cut)
 
 
 def _within(values: np.ndarray, times: np.ndarray, least: float, low: float) -> list[Repetition]:
@@ -137,7 +137,7 @@ def _within(values: np.ndarray, times: np.ndarray, least: float, low: float) -> 
         row - 1 for row in peaks(np.concatenate([[low], values, [low]]), least)
     ]  # as low before and behind
     edges = [0, *(int(a + np.argmin(values[a:b])) for a, b in pairwise(tops)), len(values) - 1]
-    speed, found = np.abs(derivative(values, times)), []
+    speed, rises = np.abs(derivative(values, times)), []
     for peak, first, last in zip(tops, edges, edges[1:], strict=False):
         if (values[first : last + 1] > values[peak] - least / 2).sum() < _HIGH:
             continue
@@ -149,13 +149,13 @@ def _within(values: np.ndarray, times: np.ndarray, least: float, low: float) -> 
         start_s, stop_s = min(start_s, held[0]), max(-mirrored_s, held[1])
         cut_start = first == 0 and start_s - times[0] <= BRIDGED_S and rise < (1 - _OUTER) * fall
         cut_stop = last == len(values) - 1 and times[-1] - stop_s <= BRIDGED_S and fall < (1 - _OUTER) * rise
-        found.append(
+        rises.append(
             Repetition(
                 start_s, float(times[peak]), stop_s, float(values[peak]), _rise((rise, fall), seen, least), seen, held,
                 (cut_start or seen[0] < least, cut_stop or seen[1] < least),
             )
         )  # fmt: skip
-    return found
+    return rises
 
 
 def _rise(own: tuple[float, float], seen: tuple[float, float], least: float) -> float:
@@ -206,13 +206,13 @@ def _valley(values: np.ndarray) -> int:
     return lowest
 
 
-def near_ends_s(x: np.ndarray, time_s: np.ndarray, one: Repetition, height: float) -> float:
+def near_ends_s(x: np.ndarray, time_s: np.ndarray, repetition: Repetition, height: float) -> float:
     """Seconds of a repetition of x (T,) in which x is not yet `height` above where it begins, or no longer above where
     it ends: by so much the repetition would be shorter if it began and ended that much higher. NaN for no height."""
     if not np.isfinite(height):
         return float("nan")
-    known = np.isfinite(x)
-    at_s = np.linspace(one.start_s, one.stop_s, _FINE)
-    values = np.interp(at_s, time_s[known], x[known])
-    ends = np.where(at_s < one.peak_s, values[0], values[-1])
-    return float((values < ends + height).mean() * (one.stop_s - one.start_s))
+    has_value = np.isfinite(x)
+    at_s = np.linspace(repetition.start_s, repetition.stop_s, _FINE)
+    values = np.interp(at_s, time_s[has_value], x[has_value])
+    ends = np.where(at_s < repetition.peak_s, values[0], values[-1])
+    return float((values < ends + height).mean() * (repetition.stop_s - repetition.start_s))

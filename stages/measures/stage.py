@@ -63,19 +63,20 @@ class Measures:
         if not self.unusable and verdict(take.judged) == "unusable":
             return take.with_(measures=Rows()).saying(notice("figures-withheld"))
         motion, compared = motion_of(take), sides_withheld(take)
-        found, angles = detected(take, motion, self.repeat), ranges(motion)
+        detections, angles = detected(take, motion, self.repeat), ranges(motion)
         rows = (
             *within("range_of_motion", range_rows(motion, angles)),
             *within("symmetry", symmetry_rows(motion, angles, compared)),
-            *counted_rows(motion, found.counted),
+            *counted_rows(motion, detections.counted),
             *within(
-                "walking", walking(motion, found.gait, found.walks, self.belt_speed, compared.get("leg", ""))
+                "walking",
+                walking(motion, detections.gait, detections.walks, self.belt_speed, compared.get("leg", "")),
             ),
-            *within("jumps", jumps(motion, found.airborne, found.jumps)),
+            *within("jumps", jumps(motion, detections.airborne, detections.jumps)),
             *within("paths", _paths(motion)),
             *within("off_keypoints", off_keypoints(motion)),
         )
-        said = exchanged(take, motion) + doubts(motion, found.gait)
+        said = exchanged(take, motion) + doubts(motion, detections.gait)
         on_belt = any(row.name == "belt" for row in rows) and self.belt_speed is None
         once = dict.fromkeys(rows)  # figures may share a reason
         return take.with_(measures=Rows(tuple(once))).saying(*said, *[notice("on-a-belt")] * on_belt)
@@ -150,8 +151,8 @@ def _rests(motion: Motion) -> bool:
         return False
     root, axis = path.points, motion.rectified.R_source_from_level[2]
     own = np.einsum("tii->t", own_covariance(root, path.covariance, axis, *path.shared))
-    known = np.isfinite(root).all(axis=1) & np.isfinite(own)
-    if not known.any():
+    has_error = np.isfinite(root).all(axis=1) & np.isfinite(own)
+    if not has_error.any():
         return False
-    moved = ((root[known] - root[known].mean(axis=0)) ** 2).sum(axis=1)
-    return bool(np.median(own[known]) > moved.mean())
+    moved = ((root[has_error] - root[has_error].mean(axis=0)) ** 2).sum(axis=1)
+    return bool(np.median(own[has_error]) > moved.mean())

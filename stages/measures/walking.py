@@ -137,11 +137,11 @@ def _sides(motion: Motion, gait: Gait, means: _Means, phases: tuple[str, ...]) -
 
 
 def _curves(motion: Motion, gait: Gait) -> list[Row]:
-    found = []
+    curves = []
     for name in (f"{side}_{part}" for part in _IN_STRIDES for side in SIDES.values()):
         spans = np.array([(s.start_s, s.stop_s) for s in gait.strides if s.side == name[0]]).reshape(-1, 2)
-        found += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
-    return [Curves(tuple(found))]
+        curves += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
+    return [Curves(tuple(curves))]
 
 
 def peaks(
@@ -164,7 +164,7 @@ def peaks(
     for name, (part, sign, span) in _PEAKS.items():
         spans = np.array([span(stride) for stride in strides]).reshape(-1, 2)
         whole = np.flatnonzero(np.isfinite(spans).all(axis=1))
-        angle, found = f"{strides[0].side}_{part}" if strides else "", []
+        angle, of_strides = f"{strides[0].side}_{part}" if strides else "", []
         if len(whole) and f"{angle}_deg" in columns:
             begins, ends = spans[whole].T
             at_s = np.linspace(begins, ends, POINTS, axis=-1)
@@ -174,13 +174,14 @@ def peaks(
             )
             for row in np.flatnonzero(np.isfinite(values).all(axis=1)):
                 at = int(np.argmax(sign * values[row]))
-                found.append((int(whole[row]), float(values[row, at]), float(errors[row, at])))
-        own = np.array(found).reshape(-1, 3)
-        known = bool(np.isfinite(own[:, 2]).all())
+                of_strides.append((int(whole[row]), float(values[row, at]), float(errors[row, at])))
+        own = np.array(of_strides).reshape(-1, 3)
+        all_known = bool(np.isfinite(own[:, 2]).all())
         result += [
-            Measure(name, value, error if known else None, number=number) for number, value, error in found
+            Measure(name, value, error if all_known else None, number=number)
+            for number, value, error in of_strides
         ]
-        result += spread(name, own[:, 1], shared=known_median(own[:, 2]) if known else unknown)
+        result += spread(name, own[:, 1], shared=known_median(own[:, 2]) if all_known else unknown)
     return result
 
 
@@ -211,8 +212,8 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
         reason = f"these poses{by} were not compared with ground truth"
         return [notice("errors-unknown", what="the gait figures", reason=reason)]
     style = style_of(time_values(gait))
-    told = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
-    beyond = " and ".join(told[name].format(style[name]) for name in errors.beyond(gait.kind, style))
+    texts = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
+    beyond = " and ".join(texts[name].format(style[name]) for name in errors.beyond(gait.kind, style))
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 

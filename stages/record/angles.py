@@ -63,17 +63,17 @@ def log_marks(recording: rr.RecordingStream, take: Take) -> None:
     import rerun as rr
 
     poses = take.need("poses")
-    for told in take.figures:
-        limbs = _MOVED.get(told.group[0]) if told.group else None
-        if not isinstance(told, Moments) or told.name not in _MARKS or not limbs:
+    for row in take.figures:
+        limbs = _MOVED.get(row.group[0]) if row.group else None
+        if not isinstance(row, Moments) or row.name not in _MARKS or not limbs:
             continue
-        shape, words = _MARKS[told.name]
-        movement, side = told.group[0], told.side
-        entity = f"marks/{limbs}/{movement}/{told.name}/{side or 'both'}"
+        shape, words = _MARKS[row.name]
+        movement, side = row.group[0], row.side
+        entity = f"marks/{limbs}/{movement}/{row.name}/{side or 'both'}"
         name = f"{side} {movement.replace('_', ' ')}: {words}".strip()
         look = rr.SeriesPoints(names=name, colors=_SIDES[side], markers=shape, marker_sizes=4)
         recording.log(entity, look, static=True)
-        at_s = np.array(told.at_s)
+        at_s = np.array(row.at_s)
         frame = poses.frame_index[nearest_row(poses.times, at_s)]
         recording.send_columns(entity, time_columns(frame, at_s), rr.Scalars.columns(scalars=0 * at_s))
 

@@ -61,10 +61,10 @@ def _details(take: Take, size: float) -> rrb.Container:
     front, right = ways = ways_of_level(rectified.level_heading)
     after = ("back", "right", "up") if ways == OWN_WAYS else (f"from {front}", f"to {right}", "up")
     after = after if rectified.camera != "moving" else ("back", "right (relative)", "up")
-    words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
+    texts: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
     if take.notices:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
-        words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
+        texts.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
     unit = source.unit if source.metric else "arbitrary units"
     curves = [
         _wrists("level", f"Wrists after ({unit})", after),
@@ -81,7 +81,7 @@ def _details(take: Take, size: float) -> rrb.Container:
             *([walk_view(take, placed, size)] if placed is not None else []),
             *([angle_views(take)] if angled(take) else []),
         ],
-        [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*words, active_tab=0)],
+        [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*texts, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
 

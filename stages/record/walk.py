@@ -83,20 +83,20 @@ def _ellipses(
     """Each (25, 3), where the pelvis is with 90 % by its covariance (T, 2, 2) over the floor: at rows of path (T, 3)
     that are a second apart and lie outside the last such ellipse, so that somebody who stays has one."""
     circle = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
-    found: list[np.ndarray] = []
+    ellipses: list[np.ndarray] = []
     last, R_floor_from_axes, reach = np.zeros(3), np.eye(2), np.ones(2)
     for piece in pieces:
         seconds = np.floor(time_s[piece] - time_s[piece][0])
         for row in piece.start + np.unique(seconds, return_index=True)[1]:
             if not np.isfinite(covariance[row]).all():
                 continue
-            if found and np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
+            if ellipses and np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
                 continue
             variances, R_floor_from_axes = np.linalg.eigh(covariance[row])
             last, reach = path[row], np.sqrt(2) * RAYLEIGH_90 * np.sqrt(variances)
             over_floor = last[:2] + rotate(R_floor_from_axes, circle * reach)
-            found.append(np.column_stack([over_floor, np.full(len(circle), last[2])]))
-    return found
+            ellipses.append(np.column_stack([over_floor, np.full(len(circle), last[2])]))
+    return ellipses
 
 
 def camera_ahead(take: Take) -> np.ndarray | None:

@@ -22,21 +22,21 @@ from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, t
 def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`; errors:
     how those of the take's angles are known."""
-    found, symmetry = measures.group("range_of_motion"), measures.group("symmetry")
-    lowest = {name: low for name, of in found.groups.items() if (low := of.figure("p05"))}
-    known, bars = [*lowest], any(low.error is not None for low in lowest.values())
+    ranges_of, symmetry = measures.group("range_of_motion"), measures.group("symmetry")
+    lowest = {name: low for name, of in ranges_of.groups.items() if (low := of.figure("p05"))}
+    angles, bars = [*lowest], any(low.error is not None for low in lowest.values())
     rows: list[list[Cell]] = [
         [
             label_of(both),
-            *(_range(found.group(f"{side}_{both}"), bars) for side in "rl"),
+            *(_range(ranges_of.group(f"{side}_{both}"), bars) for side in "rl"),
             _difference(symmetry.group(both), errors),
         ]
-        for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
+        for both in dict.fromkeys(of_both(name) for name in angles if name not in MIDLINE)
     ]  # fmt: skip
     middle: list[list[Cell]] = [
-        [label_of(name), range_words(found.group(name))] for name in known if name in MIDLINE
+        [label_of(name), range_words(ranges_of.group(name))] for name in angles if name in MIDLINE
     ]
-    if not known:
+    if not angles:
         return Markup("")
     within = "; the true angle lies within ± in nine of ten cases" if bars else ""
     mdc = "; ± is its MDC90: if both are equal, nine in ten differences lie within it" if bars else ""
@@ -49,7 +49,7 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
             f"{errors_of_angles(errors)}"
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
-        + Markup("").join(map(small, _without_range(found)))
+        + Markup("").join(map(small, _without_range(ranges_of)))
     )  # fmt: skip
 
 
@@ -75,9 +75,9 @@ def range_words(of: Measures) -> Cell:
     return Soft(words) if of.value("beyond_anatomy_frames") else words
 
 
-def _without_range(found: Measures) -> list[str]:
-    """Which angles have no range, and why. found: the group `range_of_motion`."""
-    why = {name: reason for name, of in found.groups.items() if (reason := of.withheld())}
+def _without_range(ranges_of: Measures) -> list[str]:
+    """Which angles have no range, and why. ranges_of: the group `range_of_motion`."""
+    why = {name: reason for name, of in ranges_of.groups.items() if (reason := of.withheld())}
     angles: dict[str, list[str]] = {}
     for name, reason in why.items():
         alike = {why.get(f"{side}_{of_both(name)}") for side in "rl"} == {reason}
@@ -96,16 +96,16 @@ def sides_compared(measures: Measures) -> list[str]:
     }
     indices |= {FIGURES[name].label: walking.figure(f"{name}_symmetry_index") for name in COMPARED}
     stated = {
-        words: (of.value, of.error, of.bar)
-        for words, of in indices.items()
+        figure_name: (of.value, of.error, of.bar)
+        for figure_name, of in indices.items()
         if of and of.error and of.bar is not None
     }
     if not stated:
         return []
     differ = differing(difference_chance(np.array([value / error for value, error, _ in stated.values()])))
     apart = [
-        f"{words} {value:+z.0f} ± {bar:.0f} %"
-        for (words, (value, _, bar)), sure in zip(stated.items(), differ, strict=True)
+        f"{figure_name} {value:+z.0f} ± {bar:.0f} %"
+        for (figure_name, (value, _, bar)), sure in zip(stated.items(), differ, strict=True)
         if sure
     ]
     if apart:

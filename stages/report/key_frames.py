@@ -56,10 +56,10 @@ def _doubts(take: Take) -> np.ndarray:
     """(T,) how many limbs contradict their keypoints or may be exchanged, and of how many joints the detector is
     unsure: there the skeleton beside the image shows another posture."""
     count = np.zeros(len(take.need("poses")))
-    if (found := residuals_of(take)) is not None:
-        most = agrees(found)
+    if (residuals := residuals_of(take)) is not None:
+        most = agrees(residuals)
         for limb in LIMBS:
-            count += steady(found.limb(limb)) > most
+            count += steady(residuals.limb(limb)) > most
     for exchanged in in_doubt(take).values():
         count += _WORST * exchanged
     for unsure in unsure_joints(take).values():
@@ -87,8 +87,10 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     else:
         # Not from the pelvis, which may be missing: a drawing has its own middle.
         source = from_the_front(poses.joints[row].astype(np.float64), poses.frame) * (1, -1)
-        seen = "as the camera sees it" if poses.frame.family == "camera" else "as seen by one who looks north"
-        words = f"Skeleton of frame {frame} before rectification, {seen}"
+        looked_at = (
+            "as the camera sees it" if poses.frame.family == "camera" else "as seen by one who looks north"
+        )
+        words = f"Skeleton of frame {frame} before rectification, {looked_at}"
         before = skeletons({"before": source}, poses.layout, words)
     after = skeletons(rectified, body.layout, f"Rectified skeleton of frame {frame}, two views")
     time_s = float(body.times[row])

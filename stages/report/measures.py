@@ -11,7 +11,7 @@ from ...pipeline.core.figures import FIGURES, GROUPS, OF_LENGTH, TOGETHER, UNITS
 from ...pipeline.core.measures import SD_90, Measure, Measures, Moments, Remark, without_error
 from ...pipeline.core.measures import Curve as MeanCurve
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
-from ..drawing.page import Cell, Soft, Told, charts, figure, heading, joined, small, table, told
+from ..drawing.page import Cell, Soft, Tile, charts, figure, heading, joined, small, table, tiles
 
 _ABOUT = "Click a figure to see what it is. SD: standard deviation. Grey: a difference within its ±."
 _CYCLE = (
@@ -49,7 +49,7 @@ def movement(of: Measures, metric: bool) -> Markup:
     inner = {name: group for name, group in of.groups.items() if name not in sides}
     return (
         joined(map(small, _remarks(of)))
-        + told(_told(row) for row in _figures(of, metric))
+        + tiles(_tile(row) for row in _figures(of, metric))
         + _repetitions(of, metric)
         + _beside(sides, metric)
         + joined(_of_side(side, group, metric) for side, group in sides.items())
@@ -88,11 +88,11 @@ def _shows(row: Measure, metric: bool) -> bool:
     return row.about.audience != "files" and (metric or row.unit not in OF_LENGTH)
 
 
-def _told(row: Measure) -> Told:
+def _tile(row: Measure) -> Tile:
     """A figure that stands alone, in grey where it lies within its error."""
     unknown = row.error is None and row.about.error in ("angle", "gait", "repeated", "flight")
     behind = ", within its error" if row.within_error else ", error not known" if unknown else ""
-    return Told(row.about.label, words(row) + behind, row.about.definition, bool(row.within_error) or unknown)
+    return Tile(row.about.label, words(row) + behind, row.about.definition, bool(row.within_error) or unknown)
 
 
 def words(row: Measure) -> str:

@@ -40,11 +40,11 @@ def skeleton_player(take: Take) -> Markup:
         return Markup("")
     rows = np.arange(shown[0], shown[-1] + 1, -(-(shown[-1] + 1 - shown[0]) // _MOST))
     points, on_floor = _standing(level, rows)
-    seen = points[is_finite(points)]
-    if not len(seen):
+    known_points = points[is_finite(points)]
+    if not len(known_points):
         return Markup("")
     height = float(np.nanpercentile(points[..., 2].max(axis=1, where=is_finite(points), initial=0), 90))
-    step = float(np.abs(seen).max()) / _STEPS
+    step = float(np.abs(known_points).max()) / _STEPS
     whole = np.where(is_finite(points)[..., None], np.nan_to_num(np.round(points / step)), _MISSING).astype(
         "<i2"
     )
@@ -87,11 +87,11 @@ def _film(take: Take, shown: np.ndarray) -> dict[str, list[Any]] | None:
     if not boxes or not images:
         return None
     half = float(np.percentile([side for _, side in boxes.values()], _SIZE)) / 2
-    known = np.array(sorted(boxes))
-    middles = np.stack([boxes[frame][0] for frame in known])
+    frames_with_box = np.array(sorted(boxes))
+    middles = np.stack([boxes[frame][0] for frame in frames_with_box])
     pictures = []
     for frame, image in images.items():
-        middle = np.array([np.interp(frame, known, middles[:, i]) for i in range(2)])
+        middle = np.array([np.interp(frame, frames_with_box, middles[:, i]) for i in range(2)])
         around = np.stack([middle - half, middle + half])
         flat, layout = at[frame]
         pictures.append(jpeg_address(jpeg(image, flat, layout, around=around, side=_SIDE, quality=_QUALITY)))
@@ -119,8 +119,8 @@ def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:
     ]
     if level.root is None or not is_finite(level.root[rows]).any():
         lowest = joints[:, feet, 2].min(axis=1, where=is_finite(joints[:, feet]), initial=np.inf)
-        seen = np.isfinite(lowest)
-        lowest = np.where(seen, lowest, np.median(lowest[seen]) if seen.any() else 0.0)
+        has_foot = np.isfinite(lowest)
+        lowest = np.where(has_foot, lowest, np.median(lowest[has_foot]) if has_foot.any() else 0.0)
         return joints - lowest[:, None, None] * (
             0,
             0,

@@ -20,7 +20,7 @@ from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
 from ..drawing.facts import Facts, facts_of
 from ..drawing.image_lines import WORDS, drawn
-from ..drawing.page import Told, answer, charts, figure, page, picture, small, told
+from ..drawing.page import Tile, answer, charts, figure, page, picture, small, tiles
 from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg
 from .measures import happened
@@ -67,7 +67,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     give_memory_back()
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     head = session_words(take, facts) + answer(answered(take, sides_compared(measures)) or withheld)
-    head += told(Told(each.label, each.value, large=True) for each in headlines(take)) + _first_notes(take)
+    head += tiles(Tile(each.label, each.value, large=True) for each in headlines(take)) + _first_notes(take)
     head += skeleton_player(take) + trust(take, facts) + repairs_of(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [

@@ -70,9 +70,9 @@ def trust(take: Take, facts: Facts) -> Markup:
     return gauge(level, verdict, " ".join(filter(None, [said, look])), checks)
 
 
-def _others(take: Take, told: set[str]) -> list[Check]:
+def _others(take: Take, texts_so_far: set[str]) -> list[Check]:
     """Warnings that no other check has told."""
-    texts = [each.text for each in take.notices if each.warns and each.text not in told]
+    texts = [each.text for each in take.notices if each.warns and each.text not in texts_so_far]
     return [("Also", "care", texts)] if texts else []
 
 
@@ -85,8 +85,8 @@ def _poses(take: Take) -> list[Check]:
     if take.verdict is None:
         return []
     level: Level = {"unusable": "bad", "suspicious": "care"}.get(take.verdict, "good")  # type: ignore[assignment]
-    found, poses = grave(take.judged), take.need("poses")
-    doubts = [doubt.text for doubt in found] or [_undoubted(poses)]
+    graver, poses = grave(take.judged), take.need("poses")
+    doubts = [doubt.text for doubt in graver] or [_undoubted(poses)]
     if level == "good" and poses.duration_s < _SHOWS_FAULTS_S:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
@@ -97,7 +97,7 @@ def _poses(take: Take) -> list[Check]:
     name = f"The poses are {take.verdict}"
     if level == "good" and take.error_unknown:
         name, level = "How far the poses are off cannot be judged", "care"
-    if [doubt.code for doubt in found] == ["too-few-frames"]:
+    if [doubt.code for doubt in graver] == ["too-few-frames"]:
         name = "The poses cannot be judged"
     elif level == "good" and _whole(poses).mean() < _MOSTLY:
         name, level = "What was seen of the poses is good", "care"
@@ -142,11 +142,11 @@ def _angles(take: Take) -> list[Check]:
     basis = [each.text for each in take.notices if each.code in ANGLE_ERRORS]
     columns = take.kinematics or {}
     sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
-    known = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]
-    if not known:
+    usual_sds = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]
+    if not usual_sds:
         return [("Joint angles", "care", basis)] if basis else []
-    within = SD_90 * float(np.median(known))
-    least, most = (f"{SD_90 * of(known):.0f}" for of in (min, max))
+    within = SD_90 * float(np.median(usual_sds))
+    least, most = (f"{SD_90 * of(usual_sds):.0f}" for of in (min, max))
     each = least if least == most else f"{least} to {most}"
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
     words = f"Mostly known to within {each}° (90 %), depending on the angle{how}."
@@ -167,22 +167,22 @@ def _sides(take: Take) -> Check:
     wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
     warned = wrong or any(each.warns for each in said)
     if texts or wrong:
-        words = texts or ["Left and right are doubtful in the whole take; see the poses."]
-        return "Left and right", "care" if warned else "good", words
+        sentence = texts or ["Left and right are doubtful in the whole take; see the poses."]
+        return "Left and right", "care" if warned else "good", sentence
     if len(take.need("poses")) < 2:
         return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
     limbs = take.figures.group("off_keypoints")
     off = [
-        f"{words} from {spans_in_words(spans, _MOST)}"
-        for name, words in _LIMBS.items()
+        f"{sentence} from {spans_in_words(spans, _MOST)}"
+        for name, sentence in _LIMBS.items()
         if (spans := limbs.group(name).spans)
     ]
     if not off:
         alone = take.keypoints is None and take.need("poses").frame.family == "camera"
         hidden = "; without 2D keypoints an exchange that the estimator smoothed is not seen" if alone else ""
         return "Left and right", "good", [f"No exchanged limbs were found{hidden}."]
-    words = "No exchanged limbs were found, but some do not fit their keypoints"
-    return "Left and right", "care", [f"{words}: {', '.join(off)}."]
+    sentence = "No exchanged limbs were found, but some do not fit their keypoints"
+    return "Left and right", "care", [f"{sentence}: {', '.join(off)}."]
 
 
 def _view(take: Take) -> Check:
@@ -190,11 +190,12 @@ def _view(take: Take) -> Check:
     poses = take.need("poses").without_feet
     gone = np.isnan(poses.joints).any(axis=-1).mean(axis=0)
     missing, worst = float(gone.mean()), int(gone.argmax())
-    words = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""
-    words += _missing(take)
+    sentence = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""
+    sentence += _missing(take)
     level: Level = "good" if missing < _WHOLE and gone[worst] < _ONE else "care"
     if missing < _WHOLE and level == "care":
-        words += f" The {label_of(poses.layout.joints[worst])} is missing in {100 * gone[worst]:.0f} % of the frames."
+        joint = label_of(poses.layout.joints[worst])
+        sentence += f" The {joint} is missing in {100 * gone[worst]:.0f} % of the frames."
     scores = limb_scores(take)
     shares = {
         name: float((scores[limb] < SURE_SCORE).any(axis=1).mean())
@@ -207,17 +208,17 @@ def _view(take: Take) -> Check:
             "guessed joints do not count as missing."
         )
     if texts:
-        return "In view", "care", [*texts, words]
+        return "In view", "care", [*texts, sentence]
     if take.keypoints is None:
-        words += " Without 2D keypoints the page cannot say more."
+        sentence += " Without 2D keypoints the page cannot say more."
     elif level == "good":
-        seen = (
+        in_sight = (
             "both arms and legs were seen, except for moments"
             if missing
             else "no limb was out of sight for long"
         )
-        words = f"By the detector's scores {seen}. {words}"
-    return "In view", level, [words]
+        sentence = f"By the detector's scores {in_sight}. {sentence}"
+    return "In view", level, [sentence]
 
 
 def _missing(take: Take) -> str:

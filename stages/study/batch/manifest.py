@@ -93,10 +93,10 @@ def _column(name: str, where: str) -> str:
         flag_of(field).partition(".")[2] or flag_of(field).lstrip("-").replace("-", "_"): field
         for field in _FIELDS
     }
-    known = {"name", *LABELS, *own}
-    if column not in known:
+    columns = {"name", *LABELS, *own}
+    if column not in columns:
         settings = " or ".join(setting.partition("=")[0] for setting in settings_named(column))
-        hint = f"it is '{settings}'." if settings else did_you_mean(column, known)
+        hint = f"it is '{settings}'." if settings else did_you_mean(column, columns)
         raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
     return own.get(column, column)
 

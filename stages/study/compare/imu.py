@@ -213,7 +213,8 @@ def aligned(
     if not enough.any():
         raise InputError("files-apart", _no_overlap(grid, time_s[is_finite(imu)], search_s))
     tried = [
-        _score(video, window)[0] if known else np.nan for window, known in zip(windows, enough, strict=True)
+        _score(video, window)[0] if long_enough else np.nan
+        for window, long_enough in zip(windows, enough, strict=True)
     ]
     scores = np.array(tried)
     top = float(lags[np.nanargmax(scores)])

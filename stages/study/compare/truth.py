@@ -164,8 +164,8 @@ def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> 
 
 def _refuse(up: Up | None, unit: str | None, fps: float | None, why: str) -> None:
     """InputError when any of these is told of a file that leaves no choice."""
-    told = {"--unit": unit, "--up": up, "--rate": fps}
-    if given := [option for option, value in told.items() if value is not None]:
+    given_by_option = {"--unit": unit, "--up": up, "--rate": fps}
+    if given := [option for option, value in given_by_option.items() if value is not None]:
         raise InputError("option-conflict", f"{', '.join(given)}: {why}; leave that out.")
 
 
