@@ -41,7 +41,7 @@ def paper_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.n
 
 
 def wide_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roll, pitch, yaw (count,) in degrees of a camera that is really pitched and rolled (design.md section 4)."""
+    """Roll, pitch, yaw (count,) in degrees of a camera that is really pitched and rolled."""
     return rng.uniform(-20, 20, count), rng.uniform(-60, 60, count), rng.uniform(-180, 180, count)
 
 
