@@ -8,9 +8,14 @@ from golden.catalogue import CATALOGUE, Golden
 from pcnet3d.pipeline.reading.testing import Facts, check_adapter
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
-COLUMNS = ("adapter", "files", "x, y, z; unit", "knows", "people")
+COLUMNS = ("adapter", "files", "axes; unit", "knows", "people")
 BEGIN, END = "<!-- table: written by the tests -->\n\n", "\n<!-- end of the table -->"
-PEOPLE = {"one": "one", "named": "named", "joined": "joined", "": ""}
+AXES = {
+    "right, down, away": "camera",
+    "right, down": "image",
+    "north, west, up": "z up",
+    "west, up, north": "y up",
+}
 
 
 def facts(golden: Golden, folder: Path) -> Facts:
@@ -27,9 +32,9 @@ def row(golden: Golden, found: Facts) -> list[str]:
     return [
         found.adapter,
         golden.form + told,
-        "; ".join(word for word in (found.axes, found.unit) if word),
+        "; ".join(word for word in (AXES.get(found.axes, found.axes), found.unit) if word),
         ", ".join(word for word, known in knows.items() if known),
-        PEOPLE[found.people],
+        found.people,
     ]
 
 
