@@ -142,14 +142,14 @@ def read_folder(
             f"No file of {len(files)} in {folder} could be read as {name}"
             + (f"; the first is {notes[0]}" if notes else ", none is of the people that are asked for."),
         )
-    if name == "mmfi":
-        mmfi.check(list(clips.values()))
     share = upright_share(np.concatenate([clip.joints for clip in clips.values()]))
     if share < 0.5:
         raise InputError(
             "wrong-axes",
             f"Only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with --up.",
         )
+    if name == "mmfi":
+        mmfi.check(list(clips.values()))
     if format == "auto" and name in ("asfamc", "bvh") and (beside := _files(folder, "joints")):
         notes.append(
             f"{how_many(len(beside), '.npz file')} beside them not read; --format joints reads these alone"

@@ -8,7 +8,7 @@ The people of each part are those of splits.json beside this module, as the ship
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -21,10 +21,13 @@ from ....pipeline.core.messages import how_many, say
 from ....pipeline.files.atomic import refuse_unwritable, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.reading.mocap import Clip, read_mocap
-from .clips import PARTS, subject_of
+from .clips import subject_of
 from .convert import How, read_folder, write_mocap
 
-SPLITS = Path(__file__).with_name("splits.json")
+# The people of each part, by file.
+SPLITS: dict[str, dict[str, list[str]]] = json.loads(
+    Path(__file__).with_name("splits.json").read_text(encoding="utf-8")
+)
 _MADE = "data.json"  # digests of what was made
 # Acclaim's "radius" ends 19 cm from the elbow; the wrist markers of CMU's 01_01 are 29 away, and people's wrists 27.
 _FOREARM = 1.38
@@ -159,11 +162,9 @@ def converted(source: Source, folder: Path) -> list[Clip]:
     is not there, and where nothing can be read."""
     if not folder.is_dir():
         raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
-    listed = json.loads(SPLITS.read_text(encoding="utf-8")).get(source.file, {})
-    people = {person for part in PARTS for person in listed.get(part, ())}
-    by_file = (
-        people if source.format == "asfamc" else set()
-    )  # of CMU's thousands of files only theirs are read
+    people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
+    # Of CMU's thousands of files only theirs are read.
+    by_file = people if source.format == "asfamc" else set()
     clips, notes = read_folder(
         folder,
         source.format,
@@ -179,14 +180,11 @@ def converted(source: Source, folder: Path) -> list[Clip]:
     return kept
 
 
-def splits_of(output: Path) -> dict[str, dict[str, Sequence[str]]]:
+def splits_of(output: Path) -> dict[str, dict[str, list[str]]]:
     """What splits.json of the folder says: of every file the people of each part whom it has."""
-    listed = json.loads(SPLITS.read_text(encoding="utf-8"))
-    there: dict[str, set[str]] = {}
-    for file in listed:
+    splits = {}
+    for file, parts in SPLITS.items():
         path = output / f"{file}.npz"
-        there[file] = {subject_of(clip.name) for clip in read_mocap(path)} if path.exists() else set()
-    return {
-        file: {part: [person for person in people if person in there[file]] for part, people in parts.items()}
-        for file, parts in listed.items()
-    }
+        there = {subject_of(clip.name) for clip in read_mocap(path)} if path.exists() else set()
+        splits[file] = {part: [who for who in people if who in there] for part, people in parts.items()}
+    return splits

@@ -97,5 +97,5 @@ def test_where_nothing_is_it_says_what_to_fetch_from_where(tmp_path, words, what
 @pytest.mark.data("accad_mocap.npz")
 def test_the_people_of_each_part_are_those_of_the_data_folder(data):
     listed = json.loads((data / "splits.json").read_text())
-    for file, parts in json.loads(SPLITS.read_text()).items():
+    for file, parts in SPLITS.items():
         assert {part: listed[file].get(part, []) for part in parts} == parts

@@ -36,8 +36,8 @@ def test_the_whole_tree_is_read_from_above_too(mmfi_tree):
     [
         (lambda j: j * [-1, 1, 1], "contradict"),  # a mirrored body
         (lambda j: j[:, H36M17.mirror], "contradict"),  # left and right exchanged, coordinates right
-        (lambda j: j * [-1, 1, -1] + [0, 0, 6], "0 % face it"),  # turned about the vertical
-        (lambda j: j * [-1, -1, 1], "0 % of the frames are upright"),  # a camera upside down
+        (lambda j: j * [-1, 1, -1] + [0, 0, 6], "0 % of the frames do"),  # turned about the vertical
+        (lambda j: j * [-1, -1, 1], "head above the feet"),  # a camera upside down
         (lambda j: 1000 * j, "metres"),
         (lambda j: j[:, :16], "frames, 17, 3"),
         (lambda j: np.where(np.arange(17)[:, None] == 3, np.nan, j), "NaN"),

@@ -150,14 +150,6 @@ def test_lifted_frames_are_mirrored_and_rolled_with_their_truth(clips, standing,
     assert rolled.mean() > 0.9
 
 
-def test_axes_are_those_of_the_recording(clips):
-    """With targets "axes" R takes the world's axes to the camera's, and nobody is mirrored to face the other way."""
-    frames = module.TrainingFrames(clips, module.Mixture(wide=0.5), targets="axes").batch(Draw(0, 0), 100)
-    canonical = rotate(transpose(frames.R.double().numpy()), frames.truth.double().numpy())
-    poses = np.concatenate([clip.joints - clip.joints[:, :1] for clip in clips])
-    assert np.abs(canonical[:, None] - poses).max(axis=(-2, -1)).min(axis=1).max() < 1e-4
-
-
 def test_what_cannot_be_made_is_refused(clips):
     with pytest.raises(InputError, match="pcnet3d lab testbed"):
         module.TrainingFrames(clips, module.Mixture(lifted=0.5))
