@@ -78,7 +78,7 @@ def command(
     summary = [f"{trusted[:1].upper()}{trusted[1:]}.", *_summary(solved)]
     if output is None:
         add_to_list(folder, _FOLDER)
-        _into_report(folder / REPORT, [f"{model.name} was scaled to the person ({_FOLDER}).", *summary])
+        _into_report(folder / REPORT, [f"{model.name} was scaled to the person; files: {_FOLDER}.", *summary])
     show("\n".join(_lines(agreement)))
     print("\n".join(summary))
     print(f"results in {target}: {', '.join(sorted(path.name for path in target.iterdir()))}")
@@ -121,9 +121,9 @@ def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
 
 
 def _into_report(report: Path, sentences: list[str]) -> None:
-    """Add them to the run's report, where it has one."""
-    if report.is_file():
-        document = report.read_text(encoding="utf-8")
+    """Add them to the run's report, where it has one that is whole."""
+    document = report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
+    if "</main>" in document:
         write_text(report, with_section(document, "OpenSim", bullets(sentences)))
 
 

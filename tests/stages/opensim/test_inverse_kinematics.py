@@ -166,6 +166,9 @@ def test_the_report_says_once_what_was_found_and_the_terminal_whether_the_take_i
     assert report.count("not levelled: nobody stands") == 1
     assert report.count(f"{path.name} was scaled") == 1
     assert report.rstrip().endswith("</body></html>")
+    (folder / "report.html").write_bytes(b"\xff damaged")
+    assert pcnet3d("opensim", folder, "--model", path).returncode == 0
+    assert (folder / "report.html").read_bytes() == b"\xff damaged"
 
 
 def test_a_run_without_metres_is_refused(run, path):
