@@ -35,7 +35,6 @@ WHY = {
     "unit-unknown": "one of the takes is not in metres",
 }
 _MOST = 6  # differences that a sentence names
-_BEYOND = 0.1  # of the figures that did not change, of each by itself: SD_90
 
 
 class Change(NamedTuple):
@@ -186,23 +185,18 @@ def from_same_place(side: Side, reference: Side) -> bool:
 
 
 def summary(changes: list[Change], against: str) -> Iterator[str]:
-    """Sentences on which figures differ, how many chance makes seem so, and why others are not told. against: "B less
-    A"."""
+    """Sentences on which figures differ, with all tested at once, and why others are not told. against: "B less A"."""
     tested = [change for change in changes if not change.reason]
     if tested:
         differ = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
         named = [f"{change} {change.difference}{_gap(change.unit)}{change.unit}" for change in differ[:_MOST]]
         named += [f"{len(differ) - _MOST} more"] * (len(differ) > _MOST)
-        which = f", {against}: {', '.join(named)}" if named else ""
-        beyond = sum(not change.within_error for change in tested)
+        which = f"; {against}: {', '.join(named)}" if named else ""
         are = "differ" if len(differ) > 1 else "differs"
-        yield (
-            f"{len(differ) or 'none'} of {how_many(len(tested), 'figure')} {are} by more than may be chance among so "
-            f"many{which}; {beyond or 'none'} beyond their own MDC90, where {_BEYOND * len(tested):.2g} would be by "
-            "chance alone"
-        )
-    for code, many in Counter(change.reason for change in changes if change.reason).items():
-        yield f"{how_many(many, 'difference')} not told, because {WHY[code]}"
+        yield f"{len(differ) or 'none'} of {how_many(len(tested), 'figure')} {are} by more than chance{which}"
+    if reasons := Counter(change.reason for change in changes if change.reason):
+        why = ", ".join(f"{WHY[code]} ({many})" for code, many in reasons.items())
+        yield f"{how_many(reasons.total(), 'difference')} not told: {why}"
 
 
 def as_figures(changes: list[Change]) -> list[dict[str, Any]]:

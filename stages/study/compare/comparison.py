@@ -22,6 +22,7 @@ from .figures import agreement
 from .side import Side, one_clock
 
 Align = Literal["auto", "stamps", "correlate"]
+IF_ONE = "if both show one, give --align stamps, or --align correlate if they began apart"
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
 # Of the higher rate to the lower one, and from which rate on all are lifted alike. Ranges of the built-in walker's knee
 # from five sides: 24 and 30 a second are 0 to 2 degrees apart (1 on average), 60 and 120 by 0.2 at most.
@@ -178,17 +179,20 @@ def _beyond(pair: Pair) -> list[Notice]:
 
 
 def result(pair: Pair) -> Iterator[str]:
-    """What came of a pair: whether they are compared as one motion, by how much their angles differ, also beside the
-    errors that are stated, and which measures of two recordings differ by more than their errors."""
+    """What came of a pair, and whether it was compared as one motion."""
+    yield from conclusion(pair)
+    how = pair.alignment
     against = f"{pair.side.name} against {pair.reference.name}"
-    if pair.alignment is None or not pair.agreement:
-        yield (
-            f"{against}: compared as two motions; if both show one, give --align stamps, or --align correlate if they "
-            "began apart"
-        )
+    if how is None or not pair.agreement:
+        yield f"{against}: compared as two motions; {IF_ONE}"
     else:
-        how = pair.alignment
         yield f"{against}: one motion, by {how.how} shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f})"
+
+
+def conclusion(pair: Pair) -> Iterator[str]:
+    """By how much the angles of one motion differ, also beside the errors that are stated; which measures of two
+    recordings differ by more than their errors."""
+    if pair.alignment is not None and pair.agreement:
         yield _angles_apart(pair)
     if not pair.one_recording:
         yield from summary(pair.changes, f"{pair.side.name} minus {pair.reference.name}")
@@ -200,9 +204,9 @@ def _angles_apart(pair: Pair) -> str:
     inside = [of["within_band"] for of in pair.agreement.values() if "within_band" in of]
     share = f"{100 * np.mean(inside):.0f} % of the differences are within the stated errors" if inside else ""
     return (
-        f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, "
-        f"{label_of(worst)} most, by {rmse[worst]:.1f} (root mean square)"
-        f"{f'; {share} (90 % expected)' if share else ''}"
+        f"{how_many(len(rmse), 'angle')} of {pair.side.name} and {pair.reference.name} differ by "
+        f"{np.median(list(rmse.values())):.1f} degrees in the median, {label_of(worst)} most, by {rmse[worst]:.1f} "
+        f"(root mean square){f'; {share} (90 % expected)' if share else ''}"
     )
 
 

@@ -16,7 +16,7 @@ from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.facts import errors_of_angles
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from .changes import Change
-from .comparison import Comparison, Pair, result
+from .comparison import IF_ONE, Comparison, Pair, conclusion
 
 _ERRORS = (
     'On this page ±, "within the errors" and 90 % mean the same: nine in ten true values lie in that range. '
@@ -39,14 +39,14 @@ def as_page(comparison: Comparison) -> str:
     reference, *others = sides = [comparison.reference, *(pair.side for pair in comparison.pairs)]
     about = [f"Reference: {reference.name} ({reference.about})"]
     about += [f"compared: {side.name} ({side.about})" for side in others]
-    errors = [
-        f"{side.name}: {errors_of_angles(side.run.angle_errors)}"
-        for side in sides
-        if side.run and side.run.angle_errors
-    ]
+    by_errors: dict[str, list[str]] = {}
+    for side in sides:
+        if side.run and side.run.angle_errors:
+            by_errors.setdefault(errors_of_angles(side.run.angle_errors), []).append(side.name)
+    errors = [f"{' and '.join(names)}: {sentence}" for sentence, names in by_errors.items()]
     head = (
         small(" · ".join(about))
-        + answer([f"{line}." for pair in comparison.pairs for line in result(pair)])
+        + answer([f"{line[:1].upper()}{line[1:]}." for pair in comparison.pairs for line in conclusion(pair)])
         + small(" ".join([_ERRORS, *errors]))
         + box("Warnings", [each.text for each in comparison.notices], "warning")
     )
@@ -182,7 +182,7 @@ def _together(comparison: Comparison) -> Iterator[str]:
     for pair in comparison.pairs:
         how = pair.alignment
         if how is None:
-            yield f"{pair.side.name}: compared as another motion than {reference.name}'s."
+            yield f"{pair.side.name}: compared as another motion than {reference.name}'s; {IF_ONE}."
             continue
         apart = "" if pair.joints_mm is None else f" Joints then differ by {pair.joints_mm:.0f} mm."
         yield (

@@ -97,7 +97,7 @@ def test_the_page_is_one_table_of_differences_then_charts(cameras, against_truth
         assert {f.name for f in folder.iterdir()} == {"compare.html", "compare.json", "summary.json"}
         page = (folder / "compare.html").read_text()
         head, *sections = page.split("<section")
-        assert f"{name} against" in head
+        assert f"of {name} and" in head
         names = re.findall(r"<h2>([^<]+)</h2>", page)
         assert names == ["Differences", "Angles over time", "How they were aligned"]
         shown = dict(zip(names, sections, strict=True))

@@ -16,7 +16,7 @@ from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing.facts import errors_of_angles
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
-from pcnet3d.stages.study.compare.comparison import compared, figures, result
+from pcnet3d.stages.study.compare.comparison import compared, conclusion, figures, result
 from pcnet3d.stages.study.compare.page import as_page
 from pcnet3d.stages.study.compare.side import one_clock
 
@@ -30,7 +30,8 @@ def test_two_recordings_are_two_motions_and_one_recording_is_one(sides):
     found = compared(sides)
     (pair,) = found.pairs
     assert (pair.alignment, pair.agreement) == (None, {})
-    assert "two motions" in next(result(pair))
+    assert "two motions" in list(result(pair))[-1]
+    assert "two motions" not in as_page(found)
     cycles = as_page(found).split("<h2>Mean cycles</h2>")[1].partition("</section>")[0]
     assert cycles.count("<figcaption>Arm raises") > 2
     later = replace(sides[0], name="later", time_s=sides[0].time_s + 3.0)
@@ -95,8 +96,10 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     assert (knee.item, knee.by, knee.error) == ("r_knee_flexion", 20.0, pytest.approx(np.hypot(4, 4)))
     assert not knee.within_error  # 20 of 1.645 * 5.7
     assert speed.within_error  # 0.10 of 1.645 * 0.071
-    assert "1 of 2 figures" in list(result(found.pairs[0]))[-1]
-    assert "front minus side: range of right knee flexion +20 ± 9.3°" in list(result(found.pairs[0]))[-1]
+    said = next(conclusion(found.pairs[0]))
+    assert said == (
+        "1 of 2 figures differs by more than chance; front minus side: range of right knee flexion +20 ± 9.3°"
+    )
     page = as_page(found)
     assert "+20 ± 9.3 *</td>" in page
     assert "different or unknown places" in page
@@ -184,9 +187,8 @@ def test_why_a_difference_is_not_told(sides):
     right, left = changes(later, first, True)
     assert (right.reason, right.by, right.differs) == ("error-unknown", 10.0, None)
     assert (left.reason, left.values[0], left.differs) == ("in-one-take", 50.0, None)
-    assert [said.split(", because ")[1] for said in summary([right, left], "")] == [
-        WHY["error-unknown"], WHY["in-one-take"]
-    ]  # fmt: skip
+    (said,) = summary([right, left], "")
+    assert said == f"2 differences not told: {WHY['error-unknown']} (1), {WHY['in-one-take']} (1)"
     of_length = [
         of_visit(sides[0], 5.0, 55.0, 1.0),
         replace(of_visit(sides[1], 5.0, 55.0, 1.0), metric=False),
@@ -211,13 +213,13 @@ def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sid
 
 def test_visits_that_are_alike_differ_in_nothing(sides):
     visits = [of_visit(side, 5.0, 55.0, 1.0) for side in sides]
-    assert list(result(compared(visits).pairs[0]))[-1].startswith("none of 2 figures")
+    assert next(conclusion(compared(visits).pairs[0])).startswith("none of 2 figures")
 
 
 def test_estimators_of_one_recording_are_no_visits(sides):
     """Their errors are not independent, so nothing is said of changes."""
     visits = [of_visit(sides[0], 5.0, 55.0, 1.0), replace(of_visit(sides[0], 5.0, 75.0, 1.0), name="twin")]
-    assert not any("chance" in said for said in result(compared(visits).pairs[0]))
+    assert not any("chance" in said for said in conclusion(compared(visits).pairs[0]))
 
 
 def test_takes_that_have_a_part_in_common_are_said_to_differ_for_that(sides):
