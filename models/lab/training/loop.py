@@ -51,15 +51,14 @@ class Schedule(BaseModel):
     steps: PositiveInt
     rate: PositiveFloat  # the highest
     warmup: NonNegativeInt  # steps up to it
-    cooldown: float = Field(
-        gt=0, le=1
-    )  # share of the steps, the last ones, in which it goes down to nothing,
-    decline: Literal["linear", "cosine"] = "linear"  # in a line, or half a cosine (Loshchilov & Hutter 2017)
+    # Share of the steps, the last ones, in which it goes down to nothing, in a line or along half a cosine (Loshchilov
+    # & Hutter 2017).
+    cooldown: float = Field(gt=0, le=1)
+    decline: Literal["linear", "cosine"] = "linear"
     optimiser: Literal["muon", "adamw"] = "muon"  # Muon for matrices and AdamW for the rest, or AdamW for all
     weight_decay: NonNegativeFloat  # of matrices
-    average: float = Field(
-        ge=0, lt=1
-    )  # decay of the weights' moving average, which is what is judged and kept
+    # Decay of the weights' moving average, which is what is judged and kept.
+    average: float = Field(ge=0, lt=1)
     every: PositiveInt = 250  # steps between looks at the validation
 
     def share(self, step: int) -> float:

@@ -67,6 +67,11 @@ def test_matrices_go_to_muon_and_the_rest_to_adamw_with_decay_for_matrices_only(
     assert [group["weight_decay"] for group in adamw.param_groups] == [0.1, 0.0]
 
 
+def test_it_learns(tmp_path):
+    fit(state(steps=60, every=60, rate=0.05), tmp_path)
+    assert read_checkpoint(tmp_path)["best"] < 0.5 * score(state().average)["score"]
+
+
 def test_killed_at_any_step_it_comes_to_the_same(tmp_path, monkeypatch):
     fit(state(), tmp_path / "whole")
     monkeypatch.setattr(module, "SAVED_EVERY_S", 0.0)

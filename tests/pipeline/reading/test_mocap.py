@@ -1,0 +1,38 @@
+"""A file of clips that is not what it should be has words."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.reading.mocap import read_mocap
+
+RNG = np.random.default_rng(0)
+HELD = {
+    "joints": RNG.normal(size=(8, 17, 3)), "root": RNG.normal(size=(8, 3)), "clip_start": np.array([0, 4, 8]),
+    "clip_name": np.array(["01_01", "02_01"]), "subject": np.array(["01", "02"]),
+    "source": np.array(["asfamc", "asfamc"]), "fps": np.array(30.0), "joint_names": np.array(H36M17.joints),
+}  # fmt: skip
+
+
+def test_world_joints_are_pelvis_plus_root(tmp_path):
+    np.savez(tmp_path / "clips.npz", **HELD)
+    clip = read_mocap(tmp_path / "clips.npz")[1]
+    np.testing.assert_allclose(clip.joints, HELD["joints"][4:] + HELD["root"][4:, None], rtol=1e-6)
+    assert (clip.name, clip.subject, clip.fps, len(clip)) == ("02_01", "02", 30.0, 4)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"root": HELD["root"][:7]}, "got joints"),
+        ({"joint_names": HELD["joint_names"][::-1]}, "joints of H36M17"),
+        ({"joints": np.full((8, 17, 3), np.nan)}, "finite"),
+        ({"clip_start": np.array([0, 5, 4])}, "clip_start to go up"),
+        ({"fps": np.array(0.0)}, "frame rate"),
+        ({"subject": np.array([{"pickled": 1}], dtype=object)}, "Python objects"),
+    ],
+)
+def test_a_wrong_file_is_refused(tmp_path, wrong, words):
+    np.savez(tmp_path / "clips.npz", **HELD | wrong)
+    with pytest.raises(InputError, match=words):
+        read_mocap(tmp_path / "clips.npz")
