@@ -1,10 +1,11 @@
 """Writes the tables of accuracy in documents, from what `pcnet3d lab evaluate` measured:
 
     python docs/accuracy/write.py [DIR/evaluation.json ...] [DIR/errors.json ...]
-    python docs/accuracy/write.py --measure DIR "REASON FOR A LOOK AT TEST PEOPLE"
+    python docs/accuracy/write.py --figures DIR "REASON FOR A LOOK AT TEST PEOPLE"
+    python docs/accuracy/write.py --errors DIR
 
-The second runs all evaluations first, but those that are in DIR: half an hour of a core for figures.json, an hour for
-errors.json.
+The second measures all of figures.json first, but what is in DIR, half an hour of a core; the third all of errors.json,
+an hour and a half of a core.
 
 The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
 networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors
@@ -277,10 +278,12 @@ def pages(figures: dict[str, Any], errors: Rows) -> dict[str, str]:
     return texts
 
 
-def measured(folder: Path, because: str) -> list[str]:
-    """The files of every evaluation that documents quote, which is run unless its file is there."""
+def measured(folder: Path, because: str = "") -> list[str]:
+    """The files of every evaluation of figures.json, or without a reason to look at test people of that of errors.json,
+    which is run unless its file is there."""
     commands = {folder / name / "evaluation.json": block.command for name, block in BLOCKS.items()}
-    commands[folder / "errors" / "errors.json"] = _ERRORS
+    if not because:
+        commands = {folder / "errors" / "errors.json": _ERRORS}
     for path, command in commands.items():
         if not path.exists():
             words = [because if word == "REASON" else word for word in command.split()]
@@ -290,8 +293,8 @@ def measured(folder: Path, because: str) -> list[str]:
 
 def main() -> None:
     paths = sys.argv[1:]
-    if paths[:1] == ["--measure"]:
-        paths = measured(Path(paths[1]), paths[2])
+    if paths[:1] in (["--figures"], ["--errors"]):
+        paths = measured(Path(paths[1]), *paths[2:])
     figures, errors = (json.loads(path.read_text(encoding="utf-8")) for path in (FIGURES, ERRORS))
     try:
         for path in paths:

@@ -143,9 +143,12 @@ def test_one_command_measures_what_is_not_there(tmp_path, monkeypatch):
     (tmp_path / "takes").mkdir()
     (tmp_path / "takes" / "evaluation.json").write_text("{}")
     paths = write.measured(tmp_path, "a new network")
-    assert len(paths) == len(write.BLOCKS) + 1 == len(commands) + 1
+    assert len(paths) == len(write.BLOCKS) == len(commands) + 1
     assert not any("takes" in words for words in commands)
     (lifter,) = (words for words in commands if "lifter" in words)
     assert lifter[3:] == [
         "lifter", "--sets", "test", "--because", "a new network", "-o", str(tmp_path / "lifter"),
     ]  # fmt: skip
+    (errors,) = write.measured(tmp_path)
+    assert errors == str(tmp_path / "errors" / "errors.json")
+    assert commands[-1][3:] == ["errors", "--seed", "5", "-o", str(tmp_path / "errors")]
