@@ -91,10 +91,9 @@ def read_seen(path: Path) -> tuple[Video, PoseSequence]:
     return video, found_keypoints(video)
 
 
-def found_keypoints(video: Video, looks: int | None = None) -> PoseSequence:
-    """COCO17 in IMAGE: whom the data's own detector sees for longest. looks: of load_detector, as in a run without it.
-    InputError when it sees nobody."""
-    found = detect(video, load_detector(data_folder() / _DETECTOR, looks=looks))
+def found_keypoints(video: Video) -> PoseSequence:
+    """COCO17 in IMAGE: whom the data's own detector sees for longest. InputError when it sees nobody."""
+    found = detect(video, load_detector(data_folder() / _DETECTOR))
     if not len(found.person):
         raise InputError(
             "nothing-usable", f"Expected a person in {video.path}, but {found.method} finds nobody."

@@ -6,6 +6,7 @@ Two lifters of one video should show one body, and a camera that stands still ha
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -24,19 +25,13 @@ _OURS = "pcnet3d on MoveNet"
 # By clip: an array of its file, the lifter's name and the array's layout; the cameras stand still.
 _CLIPS: dict[str, tuple[tuple[str, str, Layout], ...]] = {
     "boxing": (
-        ("motionbert", "MotionBERT", H36M17), ("blazepose_world", "BlazePose", BLAZEPOSE33),
-        ("movenet_kp2d", _OURS, COCO17),
+        ("motionbert", "MotionBERT", H36M17), ("movenet_kp2d", _OURS, COCO17),
+        ("blazepose_world", "BlazePose", BLAZEPOSE33),
     ),
-    "walk_crop": (("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17)),
-    "demo_man": (("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17)),
+    "walk_crop": (("movenet_kp2d", _OURS, COCO17), ("blazepose_world", "BlazePose", BLAZEPOSE33)),
+    "demo_man": (("movenet_kp2d", _OURS, COCO17), ("blazepose_world", "BlazePose", BLAZEPOSE33)),
     "mhformer_skating": (("run_a", "MHFormer", H36M17),),
 }  # fmt: skip
-_PAIRS = (
-    ("boxing", "MotionBERT", "BlazePose"),
-    ("boxing", _OURS, "BlazePose"),
-    ("walk_crop", _OURS, "BlazePose"),
-    ("demo_man", _OURS, "BlazePose"),
-)
 ABOUT = (
     "Nobody knows the truth of these. Degrees over frames, p50 / mean / p95: how far two lifters of one video are "
     "apart before and after rectification; a frame's up against the take's mean up."
@@ -67,47 +62,40 @@ def image_poses(keypoints: np.ndarray, layout: Layout) -> PoseSequence:
     return remap(poses)
 
 
-def consistency(question: Question) -> dict[str, Any]:
-    """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}}, degrees over
-    frames.
+def tables(question: Question) -> dict[str, Any]:
+    """{"real, rectified": {"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method:
+    Figure}}}}, degrees over frames.
 
     apart: one lifter's body against the other's, before ("camera axes") and after each rectifier, frame by frame and
         with one gravity a take: the rotation that brings one closest to the other. up: between a frame's up and the
         take's mean of them.
     """
-    joints: dict[tuple[str, str], np.ndarray] = {}
-    found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
-    for clip, name, poses in real_poses(question):
-        joints[clip, name] = poses.joints
-        found[clip, name] = answers(question.rectifiers, poses.joints, poses.times)
-    apart = {}
-    for clip, *pair in _PAIRS:
-        both = [(joints[clip, name], named(found[clip, name])) for name in pair]
-        figures = {"camera axes": Figure.of(_apart(*(poses for poses, _ in both)))}
-        for method in both[0][1]:
-            bodies = [rotate(transpose(said[method].R_camera_from_body), poses) for poses, said in both]
-            figures[method] = Figure.of(_apart(*bodies))
-        apart[f"{clip}: {', '.join(pair)}"] = figures
-    return {
-        "apart": apart,
-        "up": {
-            ", ".join(key): {
-                method: Figure.of(spread_deg(both["a frame"].R_camera_from_body[..., 2]))
-                for method, both in said.items()
+    by_clip: dict[str, dict[str, tuple[np.ndarray, dict[str, Answer]]]] = {}
+    for clip, lifter, poses in real_poses(question):
+        found = named(answers(question.rectifiers, poses.joints, poses.times))
+        by_clip.setdefault(clip, {})[lifter] = poses.joints, found
+    apart: dict[str, dict[str, Figure]] = {}
+    up: dict[str, dict[str, Figure]] = {}
+    for clip, lifters in by_clip.items():
+        for (one, (joints, found)), (other, (others, others_found)) in combinations(lifters.items(), 2):
+            figures = apart[f"{clip}: {one}, {other}"] = {"camera axes": Figure.of(_apart(joints, others))}
+            for method, answer in found.items():
+                body = rotate(transpose(answer.R_camera_from_body), joints)
+                other_body = rotate(transpose(others_found[method].R_camera_from_body), others)
+                figures[method] = Figure.of(_apart(body, other_body))
+        for lifter, (_, found) in lifters.items():
+            up[f"{clip}, {lifter}"] = {
+                rectifier.method: Figure.of(
+                    spread_deg(found[f"{rectifier.method}, a frame"].R_camera_from_body[..., 2])
+                )
+                for rectifier in question.rectifiers
             }
-            for key, said in found.items()
-        },
-    }
+    return {**question.heading(), "real, rectified": {"apart": apart, "up": up}}
 
 
 def spread_deg(up: np.ndarray) -> np.ndarray:
     """(T,) degrees between each unit vector of up (T, 3) and their mean; NaN frames stay NaN."""
     return angle_deg(up, np.broadcast_to(unit(np.nanmean(up, axis=0)), up.shape))
-
-
-def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says: consistency as "real, rectified"."""
-    return {**question.heading(), "real, rectified": consistency(question)}
 
 
 def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:

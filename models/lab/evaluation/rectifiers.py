@@ -7,9 +7,8 @@ rolled; and lifted takes. Lying frames in rows of their own. Every rectifier get
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -127,39 +126,37 @@ def tables(
 ) -> dict[str, Any]:
     """{"rectifiers": {method: {"rows": {set: figures of `row`}}}} of the people that the shipped networks never
     saw, lifted and clean; or of the test people of a file of clips, of everybody without a split, clean alone."""
-    kinds: dict[str, dict[str, Callable[[], list[Take]]]]
     if data is None:
-        kinds = {
-            one.label: {
-                "lifted": partial(lifted, question, one),
-                **_clean(one.clips(), question.seed, targets),
-            }
-            for one in question.sets
-        }
-        return {**question.heading(), "rectifiers": _judged(question.rectifiers, kinds)}
+        sets = _of_people(question, targets)
+        return {**question.heading(), "rectifiers": _judged(question.rectifiers, sets)}
     clips = read_parts(data, split, ["test"])["test"] if split else read_mocap(data)
     subjects = sorted({clip.subject for clip in clips})
     about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}"
-    kinds = {f"{data.name}, {'test' if split else 'everybody'}": _clean(clips, question.seed, targets)}
-    return {"about": about, "subjects": subjects, "rectifiers": _judged(question.rectifiers, kinds)}
+    sets = _clean(f"{data.name}, {'test' if split else 'everybody'}", clips, question.seed, targets)
+    return {"about": about, "subjects": subjects, "rectifiers": _judged(question.rectifiers, sets)}
 
 
-def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Callable[[], list[Take]]]:
-    kinds: dict[str, View] = {"clean, paper's views": "paper", "clean, wide views": "wide"}
-    return {kind: partial(clean_takes, clips, view, seed, targets) for kind, view in kinds.items()}
+def _of_people(question: Question, targets: Targets) -> Iterator[tuple[str, list[Take]]]:
+    for people in question.sets:
+        yield f"{people.label}, lifted", lifted(question, people)
+        yield from _clean(people.label, people.clips(), question.seed, targets)
 
 
-def _judged(
-    rectifiers: Sequence[Rectifier], sets: dict[str, dict[str, Callable[[], list[Take]]]]
-) -> dict[str, Any]:
+def _clean(
+    label: str, clips: Sequence[Clip], seed: int, targets: Targets
+) -> Iterator[tuple[str, list[Take]]]:
+    views: dict[str, View] = {"clean, paper's views": "paper", "clean, wide views": "wide"}
+    for kind, view in views.items():
+        yield f"{label}, {kind}", clean_takes(clips, view, seed, targets)
+
+
+def _judged(rectifiers: Sequence[Rectifier], sets: Iterable[tuple[str, list[Take]]]) -> dict[str, Any]:
     """{method: {"rows": {set: figures of `row`}}}."""
     results: dict[str, Any] = {rectifier.method: {"rows": {}} for rectifier in rectifiers}
-    for label, kinds in sets.items():
-        for kind, make in kinds.items():
-            takes = make()
-            for rectifier in rectifiers:
-                judged = judge(rectifier, takes)
-                for pose, lies in (("upright", False), ("lying", True)):
-                    frames = [of.where(take.lying == lies) for of, take in zip(judged, takes, strict=True)]
-                    results[rectifier.method]["rows"][f"{label}, {kind}, {pose}"] = row(frames)
+    for label, takes in sets:
+        for rectifier in rectifiers:
+            of_takes = judge(rectifier, takes)
+            for pose, lies in (("upright", False), ("lying", True)):
+                frames = [of.where(take.lying == lies) for of, take in zip(of_takes, takes, strict=True)]
+                results[rectifier.method]["rows"][f"{label}, {pose}"] = row(frames)
     return results

@@ -113,7 +113,6 @@ def lifted_takes(
     *,
     model: str | Path = "pcnet3d",
     focal_known: bool = False,
-    noise: Noise | None = None,
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
     only: Callable[[Clip], bool] | None = None,
@@ -139,7 +138,7 @@ def lifted_takes(
         rng = _rng(clip, seed, 1)
         if len(clip) >= MIN_FRAMES and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
             clip = lay_down(clip, rng) if laid else clip
-            take = see(clip, seed, noise=noise, bodies=bodies, views=views)
+            take = see(clip, seed, bodies=bodies, views=views)
             focal = take.focal_px if focal_known else None
             yield LiftedTake(lifted_by(model, take.keypoints, take.image_size, focal), take)
 

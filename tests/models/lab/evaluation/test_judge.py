@@ -20,15 +20,6 @@ def test_every_person_counts_the_same_and_every_take_of_a_person():
     assert judge.inside(both).cases == 1013
 
 
-def test_the_interval_is_over_people():
-    same = [stated(name, np.array([0.0, 2.0])) for name in "abcdefgh"]
-    one = judge.inside(same)
-    assert one.low == one.high == one.inside == 0.5
-    apart = [stated(name, np.full(50, 2.0 * (i % 2))) for i, name in enumerate("abcdefgh")]
-    one = judge.inside(apart)
-    assert one.low < 0.35 < 0.65 < one.high
-
-
 def test_the_factor_brings_nine_in_ten_inside_and_is_not_decided_by_who_was_filmed_longest():
     rng = np.random.default_rng(0)
     takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
@@ -48,14 +39,6 @@ def test_bins_show_what_the_whole_hides():
     assert (
         judge.bins([stated("a", np.zeros(100), found=np.arange(100.0))], "found") == []
     )  # one person is no bin
-
-
-def test_cases_without_an_error_or_a_bar_are_no_cases():
-    take = stated(
-        "a", np.array([1.0, np.nan, 3.0]), np.array([2.0, 2.0, np.nan]), found=np.arange(3.0)
-    ).judged()
-    assert take.error.tolist() == [1.0]
-    assert take.known["found"].tolist() == [0.0]
 
 
 def test_fitted_bars_hold_at_every_size_and_on_people_left_out():

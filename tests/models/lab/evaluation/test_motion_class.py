@@ -37,25 +37,6 @@ def test_speed_over_the_floor(standing, speed, name, fps):
     assert of(moving(standing, speed, fps), fps) == name
 
 
-@pytest.mark.parametrize(("share", "name"), [(0.8, set()), (0.7, {"squatting"})])
-def test_a_low_pelvis(standing, share, name):
-    """The legs fold sideways, each with its bones' own lengths; the feet stay under the hips."""
-    low = standing.copy()
-    for side, out in (("l", -1), ("r", 1)):
-        hip, knee, ankle = (low[:, H36M17.index(f"{side}_{part}")] for part in ("hip", "knee", "ankle"))
-        thigh, shank = (np.linalg.norm(a - b, axis=-1) for a, b in ((hip, knee), (knee, ankle)))
-        down = share * (thigh + shank)
-        # Height of the knee over the line from hip to ankle, from the triangle's three sides.
-        along = (thigh**2 - shank**2 + down**2) / (2 * down)
-        aside = np.sqrt(thigh**2 - along**2)
-        low[:, H36M17.index(f"{side}_ankle")] = hip - down[:, None] * [0, 0, 1]
-        low[:, H36M17.index(f"{side}_knee")] = (
-            hip - along[:, None] * [0, 0, 1] + out * aside[:, None] * [0, 1, 0]
-        )
-    assert of(low) == name
-    assert of(low + np.array([0, 0, 5.0])) == name  # wherever the floor is
-
-
 def low_with_feet(standing, ahead_m):
     """Thighs forward and level, the feet 0.4 m under the hips and so far ahead of them."""
     pose = standing.copy()
@@ -72,18 +53,6 @@ def low_with_feet(standing, ahead_m):
 def test_whose_weight_is_behind_the_feet_sits(standing):
     assert of(low_with_feet(standing, 0.35)) == {"sitting"}
     assert of(low_with_feet(standing, 0.02)) == {"squatting"}
-
-
-def test_sitting_down_and_standing_up_count_as_sitting(standing):
-    """A second on each side of the frames on the seat."""
-    joints = np.concatenate([standing, standing, low_with_feet(standing, 0.35), standing, standing])
-    mask = motion_classes(joints, FPS)["sitting"]
-    first, last = np.flatnonzero(mask)[[0, -1]]
-    assert first == pytest.approx(
-        120 - FPS, abs=8
-    )  # the jump into the seat blurs the speed by a quarter of a second
-    assert last == pytest.approx(180 + FPS, abs=8)
-    assert mask[first : last + 1].all()
 
 
 def test_the_walker_walks_and_squats():

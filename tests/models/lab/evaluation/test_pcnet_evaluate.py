@@ -75,20 +75,6 @@ def test_frames_sorted_by_expected_error(take):
     assert np.isnan(row(judge(Geometric(), [take]))["spearman"])
 
 
-def test_frames_without_an_answer_are_counted_and_left_out(take):
-    R = take.R.copy()
-    R[:5] = np.nan
-    figures = row(judge(Fixed(R, np.zeros(40)), [take]))
-    assert figures["no answer"] == 5
-    assert figures["rotation"].mean < 1e-3
-
-
-def test_takes_depend_on_seed_and_name_only(clip):
-    one, other = clean_takes([clip], "paper")[0], clean_takes([clip], "paper")[0]
-    np.testing.assert_array_equal(one.joints, other.joints)
-    assert not np.allclose(one.R, clean_takes([clip], "paper", seed=1)[0].R)
-
-
 def test_the_tables_of_several_rectifiers(clip, monkeypatch):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))

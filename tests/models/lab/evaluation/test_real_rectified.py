@@ -7,7 +7,7 @@ import pytest
 
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.lab.evaluation import runs as sets
-from pcnet3d.models.lab.evaluation.real_rectified import consistency, real_poses, spread_deg
+from pcnet3d.models.lab.evaluation.real_rectified import real_poses, spread_deg, tables
 
 
 def of(*rectifiers) -> sets.Question:
@@ -23,7 +23,7 @@ def test_the_spread_of_a_cone_is_its_half_angle() -> None:
 
 @pytest.mark.data("lifter")
 def test_the_network_brings_two_lifters_of_one_video_nearer_and_the_baseline_does_not(data) -> None:
-    results = consistency(of(load_rectifier("geometric"), load_rectifier("pcnet")))
+    results = tables(of(load_rectifier("geometric"), load_rectifier("pcnet")))["real, rectified"]
     apart = {key: figure.mean for key, figure in results["apart"]["boxing: MotionBERT, BlazePose"].items()}
     before, geometric, _, network, network_take = apart.values()
     assert network < before < geometric
@@ -50,7 +50,7 @@ class _Turned:
 
 @pytest.mark.data("lifter")
 def test_a_fixed_turn_changes_nothing(data) -> None:
-    results = consistency(of(_Turned()))
+    results = tables(of(_Turned()))["real, rectified"]
     for figures in results["apart"].values():
         before, after, _ = figures.values()
         assert after.mean == pytest.approx(before.mean, abs=1e-6)

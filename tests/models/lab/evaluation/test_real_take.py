@@ -9,7 +9,7 @@ from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
 from pcnet3d.models.lab.evaluation import runs
 from pcnet3d.models.lab.evaluation.figures import figures
-from pcnet3d.models.lab.evaluation.real_data import LIMBS, RealCamera, read_cameras, read_real
+from pcnet3d.models.lab.evaluation.real_data import LIMBS, RealCamera, read_cameras
 from pcnet3d.models.lab.evaluation.real_take import row, tables
 from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
 from pcnet3d.models.lab.evaluation.statements import statements
@@ -86,12 +86,3 @@ def test_cameras_that_say_too_little_are_refused(tmp_path, content):
         (tmp_path / "cameras.json").write_text(content)
     with refused("file-damaged"):
         read_cameras(tmp_path)
-
-
-@pytest.mark.data("real")
-def test_the_real_cameras_know_up(data):
-    cameras, limbs = read_real("pose2sim")
-    assert limbs.shape[1:] == (len(LIMBS), 3)
-    for camera in cameras.values():
-        np.testing.assert_allclose(camera.R_camera_from_world[:, 2], camera.up, atol=1e-6)
-    assert read_real("pose2sim_static")[1] is None

@@ -18,13 +18,11 @@ from pcnet3d.models.lab.evaluation.takes import (
     group_of,
     judge,
     named,
-    one_set,
     over_takes,
     row,
     with_heading,
 )
-from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
-from pcnet3d.models.rectifier.geometric import Geometric
+from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.pipeline import CAMERA, H36M17
 from pcnet3d.pipeline.core.rotations import transpose
 from pcnet3d.pipeline.reading.mocap import Clip
@@ -151,18 +149,6 @@ def test_takes_are_grouped_by_posture_and_length(standing):
         joints[:lying] = down
         clip = Clip("03_01", "03", "asfamc", FPS, joints.astype(np.float32))
         assert group_of(exact(clip).seen) == group
-
-
-def test_a_take_with_gaps_has_errors_but_no_acceleration(standing):
-    take = exact(clip_of(standing))
-    joints = take.lifted.joints.copy()
-    joints[10:30] = np.nan
-    gaps = LiftedTake(take.lifted.with_(joints=joints), take.seen)
-    tables, signals = one_set(evaluation_sets.Question((Geometric(),)), "CMU test", [take, gaps])
-    row_ = tables["CMU test, lifted, upright, 2 s and more"]
-    assert row_["takes"] == 2
-    assert row_["methods"]["geometric, a take"]["rotation"].mean < 1
-    assert (signals["takes"], signals["left out"]) == (1, 1)
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """Virtual visits: where the second camera stands, and fits of known answers."""
 
 import json
-from itertools import product
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from pcnet3d.models.lab.fits import visits as module
 from pcnet3d.models.lab.fits.visits import (
     KINDS,
     Visits,
-    collected,
     elsewhere,
     factors,
     fit,
@@ -79,18 +77,6 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
 
 
-def test_every_draw_sees_a_motion_in_another_configuration(monkeypatch):
-    """Typical and wild cameras, without and with an image; which are before which motion changes with the seed."""
-    asked = []
-    monkeypatch.setattr(module, "clips", lambda _: ["one", "other"])
-    monkeypatch.setattr(module, "visits", lambda *given: asked.append(given) or [given])
-    assert collected((), range(4)) == asked
-    for motion in ("one", "other"):
-        of = [configuration for clip, configuration, _ in asked if clip == motion]
-        assert {(each.bed, each.image) for each in of} == set(product(("typical", "wild"), (False, True)))
-    assert [seed for *_, seed in asked] == [0, 0, 1, 1, 2, 2, 3, 3]
-
-
 def pairs(
     figure: str, sd: float, people: str, each: int, kind: str = "same tripod", draw=None
 ) -> list[Visits]:
@@ -114,17 +100,6 @@ def test_the_factor_is_how_much_smaller_differences_are_than_independent_errors_
     )
     assert fitted["again"] == {knee: pytest.approx(0.3, rel=0.07)}
     assert fitted["elsewhere"] == {hip: pytest.approx(0.6, rel=0.07)}
-
-
-def test_of_sides_and_repetitions_the_true_difference_is_no_error():
-    """Sides that differ by 20 degrees and are found to, with errors of a third of what independent ones make."""
-    knee, rng = "range_of_motion.knee_flexion", np.random.default_rng(0)
-    cases = [
-        Visits("sides", person, "", 0, knee, "", (50.0, 70.0 + off), (5.0, 5.0), true=20.0)
-        for person in "abcdefgh"
-        for off in 0.3 * np.hypot(5, 5) * rng.standard_normal(400)
-    ]
-    assert factors(cases)["sides"] == {knee: pytest.approx(0.3, rel=0.07)}
 
 
 def test_ranges_have_the_parts_in_place_times_the_factor_that_makes_them_hold():
@@ -153,13 +128,6 @@ def test_few_people_and_pairs_have_the_factor_of_their_kind_or_none():
     )["again"]
     assert fitted[few] < 1.0  # though its own six pairs ask for 3
     assert fitted.keys() == {few, many}
-
-
-def test_peaks_of_an_angle_that_nobody_repeated_have_the_factor_of_all_peaks():
-    repeated = pairs("peak.knee_flexion", 2.0, "abcdefgh", 50, kind="repetitions")
-    fitted = factors(repeated)["repetitions"]
-    assert fitted["peak.pelvis_obliquity"] == fitted["peak.knee_flexion"]
-    assert {f"peak.{name}" for name in OF_BOTH} == fitted.keys()
 
 
 def test_freedom_tells_heavy_tails_from_a_gaussian():
