@@ -6,15 +6,10 @@ phalp/models/hmar/hmar.py, get_3d_parameters; phalp/utils/smpl_utils.py). Metres
 origin; the camera's distance is made of an assumed focal length and is not used. A person whose `tracked_time` is not
 0 was not seen in that frame but remembered, and is left out. `time` is the video frame, from 0; the rate is not in
 the file.
-
-GVHMR's and GEM-X's results, archives of torch, hold parameters of a body model alone. Joints come out of them only with
-the model, whose licence is its owner's: they are recognised and refused with the way out.
 """
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -31,25 +26,15 @@ from .kit.pickles import beginning, load
 name = "phalp"
 gives = "poses"
 made_by = MadeBy("estimated", "PHALP")
-reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (GVHMR and GEM-X results are refused with the reason)"
+reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres"
 
 _JOINTS = "3d_joints"
 _COUNT = 45
-_AMASS = (
-    "run the model on them and save its joints with a frame rate as .npz for adapter amass (its option up=y)"
-)
-_PARAMETERS = {  # by a word in torch's archive: the program, and the way to joints
-    b"smpl_params_global": ("GVHMR", _AMASS),
-    b"body_params_global": (
-        "GEM-X",
-        f"write a BVH with its demo_soma_fbx.py, which adapter bvh reads, or {_AMASS}",
-    ),
-}
 
 
 def sniff(path: Path) -> bool:
     start = beginning(path)
-    return (_JOINTS.encode() in start and b"tid" in start) or _only_parameters(path) is not None
+    return _JOINTS.encode() in start and b"tid" in start
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:
@@ -57,12 +42,6 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
 
     InputError when the file holds anything but arrays and plain containers, is not of this form, or has no joints.
     """
-    if parameters := _only_parameters(path):
-        program, way_out = parameters
-        raise InputError(
-            "wrong-content",
-            f"{path}: expected joints, got {program}'s parameters of a body model; {way_out}.",
-        )
     frames = load(path)
     if not isinstance(frames, dict) or not all(isinstance(frame, dict) for frame in frames.values()):
         raise InputError(
@@ -93,18 +72,3 @@ def _visible(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
         if age == 0:
             visible.append((str(person), joints[: len(BODY_25)]))
     return visible
-
-
-def _only_parameters(path: Path) -> tuple[str, str] | None:
-    """Program and way out, when these are the results of one that saves parameters alone."""
-    try:
-        if zipfile.is_zipfile(path):
-            with zipfile.ZipFile(path) as archive:
-                for entry in archive.namelist():
-                    if entry.endswith("/data.pkl"):
-                        with archive.open(entry) as stream:
-                            start = stream.read(1 << 16)
-                        return next((said for word, said in _PARAMETERS.items() if word in start), None)
-    except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, zlib.error):
-        return None
-    return None

@@ -161,7 +161,7 @@ def inspect(
             fit = _fit(poses, tracks, None if recording is None else shown_size(recording))
             found += _fit_findings(fit, poses)
         people.append(Person(source, poses, tuple(found), fit, swaps))
-    return Inspection(path, read.adapter.name, tuple(people))
+    return Inspection(path, read.adapter, tuple(people))
 
 
 def _as_refused(finding: Notice) -> Notice:

@@ -16,6 +16,8 @@ _KINDS = {  # by how files begin, some behind their length
     b"\xff\xd8\xff": "a JPEG image",
     b"WEBP": "a WebP image; save the recording itself as a video",
     b"%PDF": "a PDF document",
+    b"PK": "a zip archive; unpack it, but of PyTorch's (.pt of GVHMR and GEM-X), which holds parameters of a body "
+    "model, run the model on them and save its joints with a frame rate as .npz for adapter amass, or write a BVH",
     b"\x1f\x8b": "compressed with gzip, and neither a table nor JSON that is known here",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
     b"MATLAB": "a file of MATLAB; load it with scipy.io or h5py and save the joints as .npy",

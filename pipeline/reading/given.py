@@ -60,21 +60,6 @@ class Meaning:
             )
 
 
-@dataclass
-class InMemory:
-    """Stands for the adapter of what was not read from a file. Nothing is recognised as its own."""
-
-    gives: str
-    name: str = "memory"
-    reads: str = "arrays in memory"
-
-    def sniff(self, path: Path) -> bool:
-        return False
-
-    def read(self, path: Path) -> tuple[Any, ...]:
-        raise InputError("cannot-open", f"{path} is not a file.")
-
-
 def poses_given(
     values: Any, meaning: Meaning, fps: float | None = None, guards: Guards | None = None
 ) -> PoseSequence:
@@ -183,7 +168,7 @@ def _people(given: Any, meaning: Meaning) -> tuple[PoseSequence, ...]:
 
 def _source(role: str, people: tuple[PoseSequence, ...]) -> Source:
     digest = hashlib.sha256(b"".join(person.joints.tobytes() for person in people)).hexdigest()
-    return Source(Path(f"{role} in memory"), InMemory(role), people, digest)
+    return Source(Path(f"{role} in memory"), "memory", people, f"The {role} in memory", digest)
 
 
 def numbers(values: Any, what: str) -> np.ndarray:

@@ -57,7 +57,7 @@ class Files:
                 "role": role,
                 "file": printable(source.path.name),
                 "sha256": (source.digest if isinstance(source, Source) else "") or sha256(source.path),
-                "adapter": source.adapter.name if isinstance(source, Source) else "video",
+                "adapter": source.adapter if isinstance(source, Source) else "video",
             }
             for role, source in sources
             if source is not None

@@ -29,39 +29,21 @@ GUARDS = Guards()
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A file or folder, its adapter, and everybody in it as the adapter gives them: in its own layout and frame.
-
-    digest: SHA-256 of what is no file but was given in memory (reading/given.py)."""
+    """A file or folder, the name of its adapter, and everybody in it as the adapter gives them: in its own layout and
+    frame. where: what it is, for errors. digest: SHA-256 of what was given in memory (reading/given.py)."""
 
     path: Path
-    adapter: Adapter
+    adapter: str
     people: tuple[PoseSequence, ...]
+    where: str
     digest: str = ""
 
-    @property
-    def where(self) -> str:
-        """What it is, for errors."""
-        if self.digest:
-            return f"The {self.path}"
-        return (
-            str(self.path)
-            if self.adapter.gives == "keypoints"
-            else f"{self.path} (adapter {self.adapter.name})"
-        )
-
     def normalised(
-        self,
-        person: PoseSequence,
-        fps: float | None = None,
-        guards: Guards = GUARDS,
+        self, person: PoseSequence, fps: float | None = None, guards: Guards = GUARDS
     ) -> PoseSequence:
         """One of the people, as read_all gives them."""
         if not self.digest:
-            options = {
-                "adapter": self.adapter.name,
-                "file": printable(self.path.name),
-                "person": person.person,
-            }
+            options = {"adapter": self.adapter, "file": printable(self.path.name), "person": person.person}
             step = Step("read", package_version(), options)
             person = person.with_(history=(step, *person.history))
         return normalised(person, self.where, fps, guards)
@@ -155,28 +137,28 @@ def load(
         if chosen.gives == "keypoints":
             people = _in_order(people, layout)
         maker = getattr(chosen, "made_by", UNSAID)
-        return Source(
-            path,
-            chosen,
-            tuple(person.with_(made_by=maker) if person.made_by == UNSAID else person for person in people),
+        people = tuple(
+            person.with_(made_by=maker) if person.made_by == UNSAID else person for person in people
         )
+        where = str(path) if chosen.gives == "keypoints" else f"{path} (adapter {chosen.name})"
+        return Source(path, chosen.name, people, where)
     except InputError as error:
-        said = str(error) if str(path) in str(error) else f"{path}: {error}"
+        sentence = str(error) if str(path) in str(error) else f"{path}: {error}"
         others = [other for other in adapters().values() if other is not chosen and recognises(other, path)]
         alike = [other.name for other in others if gives in (None, other.gives)]
         if adapter != "auto" and alike:
-            said += f" It looks like a file for adapter {' or '.join(alike)}."
+            sentence += f" It looks like a file for adapter {' or '.join(alike)}."
         elif adapter != "auto" and others:
-            said += f" {exchanged(path, gives)}"
-        raise InputError(error.code, said) from None
+            sentence += f" {exchanged(path, gives)}"
+        raise InputError(error.code, sentence) from None
 
 
-def _in_order(people: tuple[PoseSequence, ...], told: str | None) -> tuple[PoseSequence, ...]:
-    """2D keypoints in the layout that was told. InputError for one of another number of joints, and without one where
+def _in_order(people: tuple[PoseSequence, ...], name: str | None) -> tuple[PoseSequence, ...]:
+    """2D keypoints in the layout of that name. InputError for one of another number of joints, and without one where
     the bones are those of a body in another order only."""
     own = people[0].layout
-    if told is not None:
-        layout = layout_named(told)
+    if name is not None:
+        layout = layout_named(name)
         if len(layout) != len(own):
             raise InputError(
                 "bad-value",

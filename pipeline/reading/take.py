@@ -284,7 +284,7 @@ def _keypoints(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
                 f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
                 "leave one file out.",
             )
-    if poses is None and file.adapter.name == "keypoints":  # as the run that detected them
+    if poses is None and file.adapter == "keypoints":  # as the run that detected them
         return file.normalised(choose_detected(tracks, person, str(file.path)))
     return file.normalised(choose_person(tracks, person, str(file.path)))
 

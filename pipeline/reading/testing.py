@@ -147,7 +147,9 @@ def _check_guard(
     adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], mirrored: tuple[PoseSequence, ...]
 ) -> None:
     def guarded(poses: PoseSequence) -> PoseSequence:
-        return Source(golden, adapter, people).normalised(poses, guards=Guards(missing="gap"))
+        return Source(golden, adapter.name, people, str(golden)).normalised(
+            poses, guards=Guards(missing="gap")
+        )
 
     for poses in people:
         try:

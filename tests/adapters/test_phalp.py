@@ -12,6 +12,7 @@ from pcnet3d.adapters import read, read_all
 from pcnet3d.adapters.kit.pickles import load
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.reading.find import adapters
+from refusals import refused
 
 FRAMES = 40
 
@@ -73,11 +74,7 @@ def test_arrays_of_objects_become_lists(tmp_path):
 
 
 def test_parameters_alone_are_refused_with_the_way_out(tmp_path):
-    for file, word, way_out in (
-        ("hmr4d_results.pt", "smpl_params_global", "GVHMR.*adapter amass"),
-        ("hpe_results.pt", "body_params_global", "GEM-X.*adapter bvh"),
-    ):
-        with zipfile.ZipFile(tmp_path / file, "w") as archive:
-            archive.writestr("results/data.pkl", pickle.dumps({word: {}}))
-        with pytest.raises(InputError, match=way_out):
-            read(tmp_path / file)
+    with zipfile.ZipFile(tmp_path / "hmr4d_results.pt", "w") as archive:
+        archive.writestr("results/data.pkl", pickle.dumps({"smpl_params_global": {}}))
+    with refused("format-unknown", "GVHMR", "adapter amass"):
+        read(tmp_path / "hmr4d_results.pt")
