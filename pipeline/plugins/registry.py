@@ -27,6 +27,7 @@ _OPENED = {
     "detectors": ("method", "layout", "people"),
     "person_detectors": ("method", "boxes"),
 }
+_LISTED = {"adapters": ("gives", "reads"), "writers": ("file", "what"), "stages": ("needs", "gives")}
 _WEIGHTS = (".pth", ".pt", ".ckpt", ".safetensors")
 GROUPS = (*_SOCKETS, *_OPENED)
 
@@ -115,14 +116,15 @@ def listed(what: str) -> list[dict[str, str]]:
             for group in _OPENED
             for name, model in load_all(group).items()
         ]
-    loaded = load_all(what).items()
-    if what == "adapters":
-        return [{"name": name, "gives": adapter.gives, "reads": adapter.reads} for name, adapter in loaded]
-    if what == "writers":
-        return [{"name": name, "file": writer.file, "what": writer.what} for name, writer in loaded]
+    columns = _LISTED[what]
+    parts = load_all(what).items()
     return [
-        {"name": n, "needs": " ".join(stage.needs), "gives": " ".join(stage.gives)} for n, stage in loaded
+        {"name": name} | {column: _text(getattr(part, column)) for column in columns} for name, part in parts
     ]
+
+
+def _text(value: str | tuple[str, ...]) -> str:
+    return value if isinstance(value, str) else " ".join(value)
 
 
 def networks() -> list[tuple[str, str, str, str]]:

@@ -55,11 +55,6 @@ def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guard
     return guarded(poses, guards.handedness, where, guards.check)
 
 
-def _in_words(what: str, count: int) -> str:
-    """Such as "2 frames with NaN"."""
-    return how_many(count, what.replace("frames", "frame", 1), what)
-
-
 def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
     empty = empty_rows(poses)
     gone = ~whole_rows(poses) & ~empty
@@ -74,14 +69,15 @@ def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
     if not (empty | gone).any():
         return poses
     counts = {"frames with NaN": int(gone.sum()), "frames with all joints at one point": int(empty.sum())}
+    counted = ", ".join(
+        how_many(count, what.replace("frames", "frame", 1), what) for what, count in counts.items() if count
+    )
     if missing == "refuse":
         first = int(np.argmax(empty | gone))
-        said = " and ".join(_in_words(what, count) for what, count in counts.items() if count)
         raise InputError(
             "wrong-content",
-            f"{where}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
-            "pass --set read.missing=gap to treat them as gaps.",
+            f"{where}: expected a pose in each of {how_many(len(poses), 'frame')}, got {counted} (first at row "
+            f"{first}); pass --set read.missing=gap to treat them as gaps.",
         )
-    counted = ", ".join(_in_words(what, count) for what, count in counts.items() if count)
     poses = poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints))
     return poses.noted("missing", **counts).saying(notice("gaps-as-asked", counts=counted))

@@ -7,7 +7,6 @@ from golden.worlds import POSE2SIM, c3d, trc, y_up
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.files.c3d import parse
-from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
@@ -58,17 +57,6 @@ def test_trc_in_other_clothes(standing, markers, tmp_path, change):
     path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
     path.write_text("\n".join(change(path.read_text().splitlines())), encoding="utf-8")
     agrees(read(path, "trc"), standing(FRAMES))
-
-
-def test_times_in_milliseconds_are_refused_by_run_and_inspect(markers, tmp_path):
-    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers), fps=0.03)
-    with pytest.raises(InputError, match="milliseconds") as caught:
-        read(path)
-    assert caught.value.code == "times-broken"
-    assert [each.code for each in inspect(path).people[0].findings if each.weight == "unusable"] == [
-        "refused"
-    ]
-    assert read(path, fps=30).fps == pytest.approx(30)
 
 
 def test_a_cell_that_is_no_number_is_refused_with_line_and_column(markers, tmp_path):

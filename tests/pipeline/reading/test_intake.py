@@ -67,12 +67,6 @@ def test_lengths_that_differ_cannot_be_joined(tmp_path, lifted):
         open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
 
 
-@pytest.mark.parametrize("fps", [0, -5, 0.5, 3000, float("nan")])
-def test_a_rate_that_is_none_is_refused(lifted, fps):
-    with refused("bad-value"):
-        open_take(RunOptions(poses=lifted, fps=fps))
-
-
 def test_first_frame_numbers_the_rows(lifted):
     take = open_take(RunOptions(poses=lifted, fps=25, first_frame=100))
     assert take.poses.frame_index.tolist() == list(range(100, 100 + ROWS))
