@@ -28,7 +28,6 @@ from ..signals.findings import (
     depth_factor,
     pose_findings,
     row_findings,
-    source_findings,
     swap_findings,
 )
 from ..signals.swaps import Swap, as_frames, find_swaps
@@ -149,10 +148,7 @@ def inspect(
             except InputError as error:
                 found.append(notice("refused", reason=str(error)))
             else:
-                found += [
-                    *source_findings(source),
-                    *map(_as_refused, pose_findings(poses, source.frame.unit)),
-                ]
+                found += map(_as_refused, pose_findings(poses, source.frame.unit))
                 found += _up_findings(poses, found)
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()

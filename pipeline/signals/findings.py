@@ -19,7 +19,6 @@ from .checks import (
     chirality,
     empty_rows,
     leaps,
-    movement,
     moves,
     on_its_side,
     spread_of_bones,
@@ -36,10 +35,6 @@ _POOR_SPREAD = 0.09  # boxing 0.05, cycling 0.10
 _ADULTS_M = (1.0, 2.2)
 _SIDES = 1.4  # a right limb bone over the left one; monocular lifts of sound takes reach 1.24
 _PLANE = 0.03  # thickness of a body over its trunk
-_STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
-# Spread of bones up to which nothing was lost along an axis in which nothing moves, as of somebody who walks exactly
-# along another; of a walk that has lost one it is 0.10 and more.
-_IN_A_PLANE = 0.05
 _DEPTH = 1.5  # how many times too small depth is
 _STRETCHED = 0.75  # the same of depth that is too large; lifts have 0.87 to 1.26
 _ENOUGH_ROWS = 10
@@ -48,7 +43,6 @@ _ENOUGH = 30  # rows, for what is told by how values go together
 # seven in eight of lifted walks and bends that were averaged over 0.5 and 1 s.
 _WINDOW_S = 0.45
 _FEWEST_ROWS = 2  # complete ones, for a verdict at all
-_AXES = "xyz"
 
 
 def findings_of(
@@ -58,9 +52,9 @@ def findings_of(
     same person as the adapter gives it, where there was a file; swaps: of find_swaps in these poses, where it was asked
     already."""
     poses = poses.without_feet
-    before, unit = ([], "m") if source is None else (source_findings(source), source.frame.unit)
+    unit = "m" if source is None else source.frame.unit
     swaps = find_swaps(poses) if swaps is None else swaps
-    return (*row_findings(poses), *before, *pose_findings(poses, unit), *swap_findings(poses, swaps))
+    return (*row_findings(poses), *pose_findings(poses, unit), *swap_findings(poses, swaps))
 
 
 def row_findings(source: PoseSequence) -> list[Notice]:
@@ -69,11 +63,13 @@ def row_findings(source: PoseSequence) -> list[Notice]:
     source: as the adapter gives it, 2D or 3D.
     """
     found = []
-    stride = (
-        int(np.gcd.reduce(np.diff(source.frame_index))) or 1
-    )  # of every second frame none is missing between
+    # Of every second frame none is missing between.
+    stride = int(np.gcd.reduce(np.diff(source.frame_index))) or 1
     span = int(source.frame_index[-1] - source.frame_index[0]) // stride + 1
-    absent, gone, empty = span - len(source), _incomplete(source), int(empty_rows(source).sum())
+    # In 2D a row without a pose has nothing but NaN.
+    without = ~whole_rows(source) if source.frame.dims == 3 else np.isnan(source.joints).all(axis=(1, 2))
+    at_one_point = empty_rows(source)
+    absent, gone, empty = span - len(source), int((without & ~at_one_point).sum()), int(at_one_point.sum())
     if lost := absent + gone + empty:
         longest = int(np.diff(source.frame_index).max(initial=stride)) // stride - 1
         counts: dict[str, Any] = {"absent": absent, "longest": longest, "incomplete": gone, "empty": empty}
@@ -100,28 +96,6 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]
         replace(each, weight="note" if each.code == "swaps-doubtful" else weight)
         for each in notices_of(source, swaps, "poses")
     ]
-
-
-def _incomplete(source: PoseSequence) -> int:
-    """Rows without a pose: in 3D those that are not whole, in 2D of nothing but NaN. Not those of one point."""
-    lost = ~whole_rows(source) if source.frame.dims == 3 else np.isnan(source.joints).all(axis=(1, 2))
-    return int((lost & ~empty_rows(source)).sum())
-
-
-def source_findings(source: PoseSequence) -> list[Notice]:
-    """What shows only before the pelvis is subtracted: each frame put on the floor by itself (formats.md 9.4)."""
-    joints = _complete(source)
-    if len(joints) < _ENOUGH_ROWS:
-        return []
-    names = ("pelvis",) if "pelvis" in source.layout else ("l_hip", "r_hip")
-    pelvis = joints[:, source.layout.indices(names)].mean(axis=1)
-    joints = joints[:, np.isfinite(joints).all(axis=(0, 2))]
-    size = float(np.median(np.ptp(joints, axis=1).max(axis=-1)))
-    for axis in range(3):
-        for extreme in (joints[..., axis].min(axis=1), joints[..., axis].max(axis=1)):
-            if np.abs(extreme).max() <= 1e-6 * size and np.ptp(extreme - pelvis[:, axis]) > 0.01 * size:
-                return [notice("rebase", axis=_AXES[axis])]
-    return []
 
 
 def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
@@ -154,10 +128,6 @@ def _depth(poses: PoseSequence) -> list[Notice]:
     thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / size
     if thickness < _PLANE:
         return [notice("flat", thickness_percent=float(100 * thickness))]
-    movement = np.nanmean(joints.std(axis=0), axis=0) / size
-    still = np.flatnonzero(movement < _STILL)
-    if len(still) and movement.max() > _MOVING and bone_spread(poses) > _IN_A_PLANE:
-        return [notice("axis-invented", axis=_AXES[still[0]])]
     factor = depth_factor(poses) if moves(poses) else np.nan
     if factor > _DEPTH:
         return [notice("depth-scaled", way="shorter", times=float(factor), size="small")]
@@ -272,14 +242,5 @@ def _leaps(poses: PoseSequence) -> list[Notice]:
 
 
 def _seams(poses: PoseSequence) -> list[Notice]:
-    if not poses.seams:
-        return []
     listed = ", ".join(map(str, poses.seams[:5])) + (", ..." if len(poses.seams) > 5 else "")
-    moved = movement(poses)
-    steps = moved[np.array(poses.seams) - 1]
-    if np.isfinite(steps).any():
-        usual = max(float(np.nanmedian(moved)), 1e-12)
-        times = float(np.nanmax(steps) / usual)
-        jump = f"; the pose jumps there by up to {times:.1f} times its usual movement"
-        return [notice("seams", listed=listed, jump=jump)]
-    return [notice("seams", listed=listed, jump="")]
+    return [notice("seams", listed=listed)] if poses.seams else []

@@ -14,6 +14,17 @@ from .checks import chirality, upside_down
 from .findings import findings_of
 
 _ASKED = "sides-wrong-as-asked"
+# By the verdict on left and right: what is wrong, and what to ask for.
+_WRONG_SIDES = {
+    "legs against arms": (
+        "left and right of the legs contradict those of the arms",
+        "swap-legs if the legs are in SPIN's order, or =ignore",
+    ),
+    "wrong": (
+        "the body is mirrored or its left and right are exchanged",
+        "mirror if the coordinates are mirrored, =swap if the names are, or =ignore",
+    ),
+}
 
 
 def looked_at(take: Take) -> Take:
@@ -73,18 +84,9 @@ def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSeque
             return poses.saying(doubt)
         return poses
     evidence = chirality(poses)
-    if evidence.verdict == "legs against arms":
-        raise InputError(
-            "sides-swapped",
-            f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
-            "pass --set read.handedness=swap-legs if the legs are in SPIN's order, or =ignore.",
-        )
-    if evidence.verdict == "wrong":
-        raise InputError(
-            "sides-swapped",
-            f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
-            "pass --set read.handedness=mirror if the coordinates are mirrored, =swap if the names are, or =ignore.",
-        )
+    if evidence.verdict in _WRONG_SIDES:
+        what, how = _WRONG_SIDES[evidence.verdict]
+        raise InputError("sides-swapped", f"{where}: {what}: {evidence}; pass --set read.handedness={how}.")
     return poses
 
 

@@ -36,7 +36,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m accidents", description=__doc__)
     parser.add_argument("folder", type=Path, help="where finished ones are kept")
     parser.add_argument("--only", default="", help="edits and takes whose name has this pattern")
-    parser.add_argument("--part", default="", help='"first", "chosen by" or "looked at once"; all')
+    parser.add_argument("--part", default="", help='"first", "chosen by", "looked at once" or "last"; all')
     parser.add_argument("--honest", type=int, default=300, help="how many honest takes")
     parser.add_argument("--every", type=int, default=1, help="only every so many-th edit")
     given = parser.parse_args()

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17, Layout
 
 from .material import Bases, Given
-from .slips import CHOSEN_BY, SLIPS
+from .slips import CHOSEN_BY, LAST, SLIPS
 
 CLOCK = (
     "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "backwards",
@@ -34,7 +34,8 @@ PEOPLE = ("leaps", "leap-between-people", "strays-removed", "people-by-poses-alo
 @dataclass(frozen=True)
 class Edit:
     """base, name; codes: one of which has to be told, unless it is refused; empty where all is fine, and then figures
-    may change, for the take is another one. part: "first", or of the later ones "chosen by" and "looked at once"."""
+    may change, for the take is another one. part: "first", or "chosen by", "looked at once" and
+    "last" of the later ones."""
 
     base: str
     name: str
@@ -60,9 +61,10 @@ def edits() -> Iterator[Edit]:
     for base in ("walker", "walk_crop"):
         for name, (make, codes) in FILMED.items():
             yield Edit(base, name, make, codes)
-    for name, (takes, make, codes) in SLIPS.items():
+    for name, (takes, make, codes) in (SLIPS | LAST).items():
+        part = "last" if name in LAST else "chosen by" if name in CHOSEN_BY else "looked at once"
         for base in takes:
-            yield Edit(base, name, make, codes, "chosen by" if name in CHOSEN_BY else "looked at once")
+            yield Edit(base, name, make, codes, part)
 
 
 def _rows(given: Given, rows: np.ndarray) -> Given:

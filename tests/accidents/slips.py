@@ -1,4 +1,5 @@
-"""Forty more accidents, each of two recordings. Rules were chosen by every second one; the others were looked at once.
+"""Sixty more accidents, each of two recordings. Of the first forty rules were chosen by every second one, and the
+others looked at; the last twenty were written after all rules, and looked at once.
 
 {name: (recordings, what is done, the codes of which one has to tell it)}, as in edits.py.
 """
@@ -307,6 +308,21 @@ def _slowly(rate: float) -> Callable[..., Given]:
     return make
 
 
+def _told_rate(fps: float) -> Callable[..., Given]:
+    return lambda given, _: given.with_(words=given.words | {"fps": fps}, video=None)
+
+
+def _late_joints(rows: int, *parts: str) -> Callable[[np.ndarray], np.ndarray]:
+    """These joints of both sides so many rows late."""
+
+    def change(points: np.ndarray) -> np.ndarray:
+        late = layout_of(points).indices([f"{side}_{part}" for side in "lr" for part in parts])
+        points[rows:, late] = points[:-rows, late]
+        return points
+
+    return change
+
+
 def _focal(factor: float) -> Callable[..., Given]:
     def make(given: Given, _: Bases) -> Given:
         focal = given.words.get("focal", 1.0 * max(given.words["image_size"]))
@@ -413,3 +429,37 @@ SLIPS: dict[str, tuple[tuple[str, ...], Any, tuple[str, ...]]] = {
     "focal length told 0.4 times": (_FILMS, _focal(0.4), ("focal-against-lines", "image-against-bodies")),
 }  # fmt: skip
 CHOSEN_BY, LOOKED_AT_ONCE = list(SLIPS)[::2], list(SLIPS)[1::2]
+# Written after all rules, and looked at once.
+LAST: dict[str, tuple[tuple[str, ...], Any, tuple[str, ...]]] = {
+    "every fourth frame dropped, numbers lost": (
+        ("08_04", "accad-m1_run"), lambda g, _: kept_rows(g, np.flatnonzero(np.arange(len(g.frames)) % 4 != 3)), CLOCK),
+    "20 frames a second told of 30": (_WALKS, _told_rate(20.0), CLOCK),
+    "50 frames a second told of 30": (("08_04", "accad-m1_run"), _told_rate(50.0), CLOCK),
+    "at half its rate and backwards": (
+        ("07_03", "accad-m1_run"),
+        lambda g, b: _told_rate(15.0)(kept_rows(g, np.arange(len(g.frames))[::-1]), b), CLOCK),
+    "width stretched to 1.5": (("07_03", "tennis-jangel_Derecha_0"), _size(1.5, 1.0), SHAPE),
+    "height squeezed to 0.8": (("08_04", "accad-m1_run"), _size(1.0, 0.8), SHAPE),
+    "elbows exchanged": (("07_03", "accad-m1_lift-box"), of_points(_sides_of("elbow")), SIDES),
+    "shoulders exchanged": (("08_04", "tennis-jangel_Derecha_0"), of_points(_sides_of("shoulder")), SIDES),
+    "right ankle and wrist in each other's column": (
+        ("08_04", "accad-m1_run"), of_points(_permuted(r_ankle="r_wrist", r_wrist="r_ankle")), (*SHAPE, *SIDES)),
+    "legs 10 rows late": (("07_03", "accad-m1_lift-box"), of_points(_late_joints(10, "knee", "ankle")), SHAPE),
+    "every second row held": (("07_03", "tennis-jangel_Derecha_0"), _held(2), (*CLOCK, *GAPS)),
+    "smoothed over 21 frames": (
+        ("07_03", "accad-m1_lift-box"), of_points(lambda xy: uniform_filter1d(xy, 21, axis=0)),
+        (*SHAPE, "keypoints-smooth")),
+    "cut off at six tenths of the width": (
+        ("08_04", "tennis-jangel_Derecha_0"),
+        lambda g, b: of_points(lambda xy: np.minimum(xy, (0.6 * g.size[0], np.inf)))(g, b),
+        (*GAPS, *SHAPE, "not-seen")),
+    "poses smoothed over 21 frames": (_POSES, of_poses(lambda j: uniform_filter1d(j, 21, axis=0)), SHAPE),
+    "poses with every third row held": (_POSES, _held(3), (*CLOCK, *GAPS)),
+    "poses with arms' sides exchanged": (
+        _POSES, of_poses(_sides_of("shoulder", "elbow", "wrist")), SIDES),
+    "poses with the left knee and ankle in each other's column": (
+        _POSES, of_poses(_permuted(l_knee="l_ankle", l_ankle="l_knee")), (*SHAPE, *SIDES)),
+    "poses of half the depth": (_POSES, of_poses(lambda j: j * (1, 1, 0.5)), SHAPE),
+    "keypoints lack one row in 10": (_FILMS, _growing(10), (*TOGETHER, *CLOCK)),
+    "keypoints shifted by a tenth of the width": (_FILMS, _moved(0.1, 0.0), TOGETHER),
+}  # fmt: skip

@@ -64,7 +64,10 @@ def test_doubles_are_told_by_code_rows_and_values():
 def test_the_verdict_is_that_of_the_gravest():
     notes: list[Notice] = [notice("rate-not-stated")]
     assert verdict(notes) == "good"
-    assert verdict([*notes, notice("axis-invented", axis="z"), notice("rebase", axis="y")]) == "unusable"
+    assert (
+        verdict([*notes, notice("flat", thickness_percent=1.0), notice("poses-smooth", window_s=0.5)])
+        == "unusable"
+    )
 
 
 def test_codes_are_words_and_sentences_end():

@@ -126,7 +126,6 @@ LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "kn
 halted = copied(np.s_[40:44], 40)
 mirrored = scaled(-1, 1, 1)
 flat = copied(np.s_[..., AWAY], np.s_[:, :1, AWAY])
-invented = copied(np.s_[..., AWAY], np.s_[0, :, AWAY])
 
 
 def rubber(joints):
@@ -172,17 +171,10 @@ def test_a_fault_is_found_alone(walker, tmp_path, spoil, name, weight):
     assert found.verdict == weight
 
 
-@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (invented, "axis-invented"), (rubber, "bones")])
+@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (rubber, "bones")])
 def test_a_fault_that_brings_others_with_it(walker, tmp_path, spoil, name):
     found = looked_at(tmp_path, spoil(walker.copy()))
     assert faults(found)[name] == "unusable"
-
-
-def test_who_walks_exactly_along_one_axis_has_lost_nothing(walker, tmp_path):
-    """Nothing moves across the walk, as of a simulated body, but bones keep their lengths: "that axis is invented"."""
-    planar = (walker - walker[:, :1]).astype(np.float64)
-    planar[..., 0] = planar[..., 0].mean(axis=0)
-    assert "axis-invented" not in faults(looked_at(tmp_path, planar))
 
 
 def test_a_body_on_its_side_before_a_camera_is_what_a_run_calls_it(walker, tmp_path):
@@ -195,14 +187,6 @@ def test_a_body_on_its_side_before_a_camera_is_what_a_run_calls_it(walker, tmp_p
     assert "nobody-upright" in [each.code for each in said]
 
 
-def test_frames_put_on_the_floor_one_by_one_are_found_and_a_take_put_there_once_is_not(walker, tmp_path):
-    world = walker @ np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]).T  # away, left, up
-    once = world - [0, 0, world[..., 2].min()]
-    assert faults(looked_at(tmp_path, once, WORLD)) == {}
-    rebased = world - [0, 0, 1] * world[..., 2].min(axis=1)[:, None, None]
-    assert faults(looked_at(tmp_path, rebased, WORLD)) == {"rebase": "suspicious"}
-
-
 def test_a_world_whose_other_axis_is_up_is_suspicious(walker, tmp_path):
     """The poses were called good, and the walker kicked. Who stays where they are may lie."""
     assert faults(looked_at(tmp_path, walker, WORLD)) == {"on-its-side": "suspicious"}
@@ -210,9 +194,7 @@ def test_a_world_whose_other_axis_is_up_is_suspicious(walker, tmp_path):
     assert faults(looked_at(tmp_path, stays, WORLD)) == {"on-its-side": "warning"}
 
 
-@pytest.mark.parametrize(
-    ("spoil", "name"), [(flat, "flat"), (invented, "axis-invented"), (rubber, "bones"), (leaping, "leaps")]
-)
+@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (rubber, "bones"), (leaping, "leaps")])
 def test_a_capture_without_a_head_is_read_and_good_and_its_faults_are_found(walker, tmp_path, spoil, name):
     """Each of its frames counted as missing."""
     lacking = H36M17.indices(["nose", "head"])
@@ -270,19 +252,12 @@ def test_depth_is_not_judged_of_one_who_stands_still(walker, tmp_path, share, to
     assert ("depth-scaled" in faults(looked_at(tmp_path, moving * [1, 1, 1.8]))) == told
 
 
-def test_clip_boundaries_are_told_with_their_step(walker, tmp_path):
+def test_clip_boundaries_are_told(walker, tmp_path):
     walker[0, 0, AWAY] = 0
-    long = np.concatenate([walker] * 3) / 3
-    turned = np.concatenate([long[:243], long[243:] * [1, 1, 0.3]])
-    steps = []
-    for joints in (long, turned):
-        np.save(tmp_path / "X3D.npy", joints.astype(np.float32))
-        (person,) = inspect(tmp_path / "X3D.npy", "motionbert").people
-        text = next(finding.text for finding in person.findings if finding.code.startswith("seams"))
-        assert "at row 243;" in text
-        steps.append(float(text.split(" times ")[0].split()[-1]))
-    assert steps[0] < 2
-    assert steps[1] > 3
+    np.save(tmp_path / "X3D.npy", (np.concatenate([walker] * 3) / 3).astype(np.float32))
+    (person,) = inspect(tmp_path / "X3D.npy", "motionbert").people
+    (text,) = (finding.text for finding in person.findings if finding.code == "seams")
+    assert "row 243" in text
 
 
 def test_one_frame_is_described_but_not_called_good(walker, tmp_path):
