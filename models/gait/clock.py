@@ -45,7 +45,7 @@ _WALKS, _LIFT, _RUNS, _FAR = 1.35, 0.15, 1.2, 0.8
 _REACH = (0.55, 1.25)  # lengths of a leg: 0.6 to 1.17 in these takes, 1.5 on ladders
 _STEP = 0.3  # the same, that a foot goes there and back at least
 _EVEN = 1.35  # third over first quartile of these times
-_FEWEST = 5  # swings and stances of both legs
+_FEWEST = 2  # swings, and stances, of both legs
 # Lengths of a leg, that a foot of somebody who walks backwards goes: 0.61 to 0.67, less than forwards, as is known
 # (Thorstensson, Acta Physiol Scand 127(2), 1986). One that goes farther is of a clip that runs backwards.
 _BACKWARDS = 0.72
@@ -121,8 +121,8 @@ def _gait(level: PoseSequence) -> _Gait | None:
             lift = height[start : stop + 1].mean() - (height[start] + height[stop]) / 2
             reach = along[stop] - along[start]
             ways[bool(reach > 0)].append((time_s[stop] - time_s[start], abs(reach), lift))
-    forth, back = (_without_stops(np.array(ways[way]).reshape(-1, 3)) for way in (True, False))
-    if min(len(forth), len(back)) < 2 or len(forth) + len(back) < _FEWEST:
+    forth, back = (_whole(np.array(ways[way]).reshape(-1, 3)) for way in (True, False))
+    if min(len(forth), len(back)) < _FEWEST:
         return None
     backwards = bool(np.median(forth[:, 2]) < np.median(back[:, 2]))
     swing, stance = (back, forth) if backwards else (forth, back)
@@ -136,6 +136,9 @@ def _gait(level: PoseSequence) -> _Gait | None:
     return _Gait(float(swing_s), float(stance_s), float(reach), float(lift - below), backwards)
 
 
-def _without_stops(halves: np.ndarray) -> np.ndarray:
-    """Those of swings or stances (N, 3) in which the person has not stopped."""
-    return halves[halves[:, 0] < 2 * np.median(halves[:, 0])] if len(halves) else halves
+def _whole(halves: np.ndarray) -> np.ndarray:
+    """Those of swings or stances (N, 3) in which the foot goes all its way, and the person has not stopped."""
+    if not len(halves):
+        return halves
+    time_s, reach, _ = np.median(halves, axis=0)
+    return halves[(halves[:, 0] < 2 * time_s) & (halves[:, 1] > reach / 2)]

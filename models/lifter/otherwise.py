@@ -96,7 +96,7 @@ _OTHERWISE = (
             "": (),
             " legs": LEG,
             " arms": ARM,
-            **{f" {part}s": (part,) for part in ("hip", "knee", "ankle", "wrist")},
+            **{f" {part}s": (part,) for part in (*LEG, *ARM)},
         }.items()
     ),
     _Reading(_narrower, -0.105, notice("image-stretched", times=1 / _NARROWER)),
