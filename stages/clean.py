@@ -18,7 +18,7 @@ from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
 from ..pipeline.signals.splines import monotone_slopes, on_spline
-from ..pipeline.signals.visibility import size_doubted, unseen
+from ..pipeline.signals.visibility import check_size, unseen
 
 _SHORTEST_S = 0.3  # of a time that is worth a sentence
 # Both, one, and the joint by which it is told.
@@ -67,7 +67,7 @@ class Clean:
             given = any(
                 each["role"] == "keypoints" for each in take.inputs
             )  # those of this video have its size
-            if given and (doubt := size_doubted(take.keypoints, size)):
+            if given and (doubt := check_size(take.keypoints, size)):
                 notices.append(doubt)
             if poses.made_by.kind != "measured":
                 hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)

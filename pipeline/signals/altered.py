@@ -83,8 +83,8 @@ def without_altered(points: PoseSequence, unseen: np.ndarray) -> PoseSequence:
 
 def alterations(points: PoseSequence) -> list[Notice]:
     """Notices of copies, repeats, rows lost and added, noise and smoothing, which leave no gaps."""
-    looks = (_copied, _repeated, _rows_lost, _rows_added, _only_noise, _smoothed)
-    return [*_held_rows(points), *(each for look in looks for each in look(points) if len(points) >= _ENOUGH)]
+    looks = (_equal_rows, _copied, _rows_lost, _rows_added, _only_noise, _smoothed)
+    return [each for look in looks[: None if len(points) >= _ENOUGH else 1] for each in look(points)]
 
 
 def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
@@ -250,35 +250,24 @@ def weighed(share: float, limits: tuple[float, float]) -> Weight:
     return "unusable" if share > limits[1] else "suspicious" if share > limits[0] else "note"
 
 
-def repeated_rows(source: PoseSequence) -> np.ndarray:
-    """Rows (N,) that are, digit for digit, the row before; failed rows, of zeros or of two joints at most, as where a
-    pelvis that is always 0 is all that there is, do not count."""
-    before, after = source.joints[:-1], source.joints[1:]
-    absent = np.isnan(before) & np.isnan(after)
-    there = (~absent.any(axis=-1)).sum(axis=1) > 2
-    same = ((before == after) | absent).all(axis=(1, 2)) & there
-    return np.flatnonzero(same & ~empty_rows(source)[1:]) + 1
-
-
-def _held_rows(points: PoseSequence) -> list[Notice]:
-    rows = repeated_rows(points)
-    weight = weighed(len(rows) / len(points), _HELD_ROWS)
-    values: dict[str, Any] = {"repeated": len(rows), "first": int(rows[0])} if len(rows) else {}
-    return [notice("duplicates", weight=weight, **values)] if len(rows) else []
-
-
-def _repeated(points: PoseSequence) -> list[Notice]:
-    """Many rows that come again, as of a clip in a loop."""
-    rows = points.joints[np.asarray(is_finite(points.joints)).mean(axis=1) > 0.5]
-    if len(rows) < _ENOUGH:
-        return []
+def _equal_rows(points: PoseSequence) -> list[Notice]:
+    """Rows that are, digit for digit, the row before, as of images that were held, and many that come again, as of a
+    clip in a loop. Failed rows, of zeros or of two joints at most, do not count."""
+    usable = np.flatnonzero((is_finite(points.joints).sum(axis=1) > 2) & ~empty_rows(points))
     # What is missing is alike too: one NaN is not another.
-    _, which = np.unique(np.nan_to_num(rows, nan=np.inf).reshape(len(rows), -1), axis=0, return_inverse=True)
-    order = np.argsort(
-        which.ravel(), kind="stable"
-    )  # rows that are equal lie beside each other, in their order
-    again = int(((np.diff(which.ravel()[order]) == 0) & (np.diff(order) > _BESIDE)).sum())
-    return [notice("repeats-itself", count=again, rows_read=len(rows))] if again >= _AGAIN * len(rows) else []
+    rows = np.nan_to_num(points.joints[usable], nan=np.inf).reshape(len(usable), points.joints[0].size)
+    which = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+    order = np.argsort(which, kind="stable")  # rows that are equal lie beside each other, in their order
+    equal, apart = np.diff(which[order]) == 0, np.diff(usable[order])
+    held, again = usable[order][1:][equal & (apart == 1)], int((equal & (apart > _BESIDE)).sum())
+    notices = []
+    if len(held):
+        weight = weighed(len(held) / len(points), _HELD_ROWS)
+        values: dict[str, Any] = {"repeated": len(held), "first": int(held.min())}
+        notices.append(notice("duplicates", weight=weight, **values))
+    if len(usable) >= _ENOUGH and again >= _AGAIN * len(usable):
+        notices.append(notice("repeats-itself", count=again, rows_read=len(usable)))
+    return notices
 
 
 def _rows_lost(points: PoseSequence) -> list[Notice]:

@@ -83,40 +83,25 @@ def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Pose
     return keypoints.with_(joints=np.where(doubtful[..., None], np.nan, keypoints.joints))
 
 
-def size_doubted(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
-    """A warning where many keypoints that were seen lie far beyond an image of that size, as told by the user; None
-    where they do not, or it is not known."""
-    share, fits = _beyond(keypoints, image_size)
-    if image_size is None or share <= _BEYOND:
-        return None
-    width, height = image_size
-    reach = dict(zip(("right", "down"), fits, strict=True))
-    return notice("image-size-doubtful", width=width, height=height, share_percent=100 * share, **reach)
-
-
-def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> None:
-    """InputError where most keypoints lie far beyond an image of that size: without it every pose would be thrown away
-    as out of the image."""
-    share, fits = _beyond(keypoints, image_size)
-    if image_size is not None and share > _MOST_BEYOND:
-        raise InputError(
-            "bad-value",
-            f"Expected the size of the image that the keypoints are of, got {image_size[0]}x{image_size[1]}, outside "
-            f"which {100 * share:.0f} % of them lie: give --set read.image_size=WIDTHxHEIGHT, at least "
-            f"{fits[0]}x{fits[1]}, or the video that they were detected in.",
-        )
-
-
-def _beyond(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> tuple[float, tuple[int, int]]:
-    """Which share of the keypoints that were seen lies far beyond an image of that size, and the smallest that has them
-    all."""
+def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
+    """A warning where many keypoints that were seen lie far beyond an image of that size; None where they do not, or it
+    is not known. InputError where most do: every pose would be thrown away as out of the image."""
     points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
     if image_size is None or not len(points):
-        return 0.0, (0, 0)
+        return None
     size = np.array(image_size)
     share = float(((points < -_BEYOND * size) | (points > (1 + _BEYOND) * size)).any(axis=-1).mean())
-    width, height = np.ceil(points.max(axis=0)).astype(int).tolist()
-    return share, (width, height)
+    right, down = np.ceil(points.max(axis=0)).astype(int).tolist()  # of the smallest that has them all
+    width, height = image_size
+    if share > _MOST_BEYOND:
+        raise InputError(
+            "bad-value",
+            f"Expected the size of the image that the keypoints are of, got {width}x{height}, outside which "
+            f"{100 * share:.0f} % of them lie: give --set read.image_size=WIDTHxHEIGHT, at least {right}x{down}, or "
+            "the video that they were detected in.",
+        )
+    values = {"width": width, "height": height, "right": right, "down": down}
+    return notice("image-size-doubtful", share_percent=100 * share, **values) if share > _BEYOND else None
 
 
 def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:

@@ -11,7 +11,7 @@ from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
-from pcnet3d.pipeline.signals.visibility import check_size, mean_scores, size_doubted, unseen
+from pcnet3d.pipeline.signals.visibility import check_size, mean_scores, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean, not_seen
 from pcnet3d.stages.rectify import Rectify
@@ -165,11 +165,11 @@ def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
     points = rng.uniform((200, 70), (600, 470), (30, 17, 2))
     seen = np.full((30, 17), 0.9)
     keypoints = PoseSequence(points, H36M17, IMAGE, seen)
-    assert size_doubted(keypoints, (640, 360)).code == "image-size-doubtful"
-    assert size_doubted(keypoints, (854, 480)) is None
-    assert size_doubted(keypoints, None) is None
+    assert check_size(keypoints, (640, 360)).code == "image-size-doubtful"
+    assert check_size(keypoints, (854, 480)) is None
+    assert check_size(keypoints, None) is None
     hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
-    assert size_doubted(hardly, (640, 360)) is None
+    assert check_size(hardly, (640, 360)) is None
     check_size(keypoints, (640, 360))
     check_size(hardly, (64, 36))
     check_size(keypoints, None)
