@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import (
@@ -17,13 +18,13 @@ from pcnet3d.models.angle_error.joint_noise import (
 from pcnet3d.models.angle_error.take_angles import LiftErrors, TakeJoints, smoothed, take_angles
 from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from pcnet3d.pipeline.signals.angles import ANGLES, angles, near
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.rectify import rectify
-from pcnet3d.stages.trajectories import smooth
+from pcnet3d.stages.rectify import Rectify, rectify
+from pcnet3d.stages.trajectories import Trajectories, smooth
 
 # The camera looks north, the walker's heading: BODY's back is towards the camera.
 R_CAMERA_FROM_WORLD = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
@@ -269,3 +270,15 @@ def test_another_frame_is_refused(camera_poses):
     rectified = rectify(camera_poses, "geometric", gravity=(0, 1, 0))
     with pytest.raises(InputError):
         _angles(camera_poses, rectified, rectified.body)
+
+
+def test_angles_do_not_flip_when_a_person_turns():
+    poses = walker(seconds=4).poses
+    turn = Rotation.from_euler("z", np.linspace(0, 400, len(poses))[:, None], degrees=True).as_matrix()
+    pipeline = Pipeline((Rectify("geometric"), Trajectories(smoother="none"), Angles()))
+    walks, turns = (
+        pipeline(Take("walker", poses=of)).kinematics
+        for of in (poses, poses.with_(joints=rotate(turn, poses.joints), path=None))
+    )
+    for name in ANGLES:
+        np.testing.assert_allclose(turns[f"{name}_deg"], walks[f"{name}_deg"], atol=1e-3, err_msg=name)
