@@ -46,8 +46,7 @@ def read(path: Path, metres: float | None = None, up: Up = "y") -> tuple[np.ndar
     skeleton_file = max(named, key=lambda file: len(file.stem)) if named else skeletons[0]
     acclaim = parse_asf(_text(skeleton_file), metres)
     joints, R = pose(acclaim, parse_amc(_text(path), acclaim))
-    joints = z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), up)
-    return joints.astype(np.float32), skeleton_file.stem
+    return z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), up), skeleton_file.stem
 
 
 def _text(path: Path) -> str:

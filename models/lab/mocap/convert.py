@@ -2,8 +2,7 @@
 
 pcnet3d lab mocap FOLDER -o clips.npz
 
-BVH and .npz files of joints are read by the adapters of `run`. Here are who is in a file, whether its limbs are a
-person's, and the one frame rate.
+Here are who is in a file, whether its limbs are a person's, and the one frame rate.
 """
 
 from __future__ import annotations
@@ -18,16 +17,16 @@ from typing import Annotated
 import numpy as np
 from typer import Argument, Option
 
-from ....pipeline.core.errors import InputError
-from ....pipeline.core.frames import Z_UP, change_frame
-from ....pipeline.core.layouts import H36M17, remap
+from ....pipeline.core.errors import InputError, readable
+from ....pipeline.core.frames import Z_UP
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import write_arrays
-from ....pipeline.files.markers import Up
-from ....pipeline.files.skeletons import LEG_M, UNITS, leg_length
+from ....pipeline.files.bvh import read_motion
+from ....pipeline.files.markers import Up, read_joints
+from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.load import load
 from ....pipeline.reading.mocap import Clip, upright_share, z_up
 from ....pipeline.running.progress import each
 from ....pipeline.signals.checks import chirality
@@ -46,20 +45,17 @@ _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless captur
 
 @dataclass(frozen=True)
 class Format:
-    """pattern: of the files. files_are: in words. adapter, up: what reads them, and the axis that is up there unless it
-    is told."""
+    """pattern: of the files. files_are: in words."""
 
     pattern: str
     files_are: str
-    adapter: str = ""
-    up: Up = "y"
 
 
 FORMATS = {
     "mmfi": Format(mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
     "asfamc": Format("*.[aA][mM][cC]", ".amc"),
-    "bvh": Format("*.[bB][vV][hH]", ".bvh", "bvh", "y"),
-    "joints": Format("*.[nN][pP][zZ]", ".npz", "amass", "z"),
+    "bvh": Format("*.[bB][vV][hH]", ".bvh"),
+    "joints": Format("*.[nN][pP][zZ]", ".npz"),
 }
 # The first that fits. MM-Fi comes before anything is searched through, for it has millions of files beside the joints;
 # .npz files lie beside other data as well, such as the one that this command writes.
@@ -146,7 +142,8 @@ def read_folder(
     if share < 0.5:
         raise InputError(
             "wrong-axes",
-            f"Only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with --up.",
+            f"Only in {100 * share:.0f} % of the frames is the head above the feet; "
+            + ("MM-Fi's people stand." if name == "mmfi" else "say which axis is up with --up."),
         )
     if name == "mmfi":
         mmfi.check(list(clips.values()))
@@ -195,16 +192,16 @@ def _clip(path: Path, folder: Path, format: str, how: How) -> Clip:
     if format == "asfamc":
         joints, owner = asfamc.read(path, UNITS[how.unit] if how.unit else None, how.up or "y")
         fps = asfamc.FPS
+    elif format == "bvh":
+        with readable(path, "a BVH file"):
+            motion = read_motion(path.read_text(encoding="utf-8", errors="replace"), how.unit)
+        joints, fps = z_up(motion.joints, how.up or "y"), motion.fps
     else:
-        of = FORMATS[format]
-        up = how.up or of.up
-        told = {"up": up, "unit": how.unit} if how.unit else {"up": up}
-        (poses,) = load(path, of.adapter, "poses", told).people
-        poses = remap(change_frame(poses, poses.frame.with_(unit="m")), H36M17)
-        assert poses.time_s is not None
-        joints = z_up(poses.joints, up).astype(np.float32)
-        lasts = float(poses.time_s[-1] - poses.time_s[0])
-        fps = (len(joints) - 1) / lasts if lasts else 1.0  # one frame has no rate
+        held = read_joints(path, how.fps)
+        joints = h36m17_named(held.points * UNITS[how.unit or held.unit], held.names)
+        joints = z_up(joints, how.up or held.up)
+        fps = 1 / float(held.time_s[1]) if len(joints) > 1 else 1.0  # one frame has no rate
+    joints = joints.astype(np.float32)
     require_plausible(joints)
     subject, name = label(path, folder, how.subject, owner)
     return resampled(Clip(name, subject, format, how.fps or fps, joints), _FPS)

@@ -103,8 +103,13 @@ def test_unit_and_axes_told(tmp_path, standing):
     y_up = 1000 * joints[..., [0, 2, 1]] * [1, 1, -1]
     told = arrays_of(tmp_path, How(unit="mm", up="y"), joints=y_up, fps=30)
     np.testing.assert_allclose(told.joints, clip.joints, atol=1e-6)
-    faster = arrays_of(tmp_path, How(fps=90), joints=joints, fps=30)
+    faster = arrays_of(tmp_path, How(fps=90), joints=joints)
     assert (faster.fps, len(faster)) == (30, 1)
+    child = tmp_path / "01_01.bvh"
+    child.write_text(bvh(np.zeros((3, 16, 3)), scale=60))
+    with pytest.raises(InputError, match="--unit"):
+        read_folder(child)
+    assert read_folder(child, "bvh", How(unit="cm"))[0][0].joints[..., 2].max() < 1.1
 
 
 @pytest.mark.parametrize(
