@@ -38,7 +38,6 @@ def compare(
         Path | None,
         typer.Option(help="Motion capture to use as the reference: TRC, C3D, BVH, .npz or FreeMoCap."),
     ] = None,
-    clip: Annotated[str | None, typer.Option(help="Which clip, if the .npz file holds several.")] = None,
     up: Annotated[Up | None, typer.Option(help="Vertical axis of the motion capture.")] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the motion capture: m, cm, mm or inch.")] = None,
     rate: Annotated[
@@ -85,7 +84,7 @@ def compare(
     """Compare runs with each other or with motion capture: all differences with their errors, and angles.
 
     Or one run with inertial sensors: lag, correlation and error of the accelerations."""
-    of_truth = {"--truth": truth, "--clip": clip, "--up": up, "--unit": unit}
+    of_truth = {"--truth": truth, "--up": up, "--unit": unit}
     others = [name for name, value in of_truth.items() if value is not None]
     if imu:
         others += [f"--align {align}"] * (align != "auto") + ["another run"] * (len(folders) > 1)
@@ -119,11 +118,11 @@ def compare(
         if truth is None and (others or rate is not None):
             raise InputError(
                 "option-conflict",
-                "--clip, --up, --unit and --rate need motion capture; give it with --truth FILE.",
+                "--up, --unit and --rate need motion capture; give it with --truth FILE.",
             )
         sides = named_apart([load_side(folder) for folder in folders])
         if truth is not None:
-            sides = _with_truth(sides, truth, clip, up, unit, rate)
+            sides = _with_truth(sides, truth, up, unit, rate)
         comparison = compared(sides, align, offset, search)
         content = {"what": "comparison", **figures(comparison)}
         html, notices = as_page(comparison), comparison.notices
@@ -141,7 +140,7 @@ def compare(
 
 
 def _with_truth(
-    sides: Sequence[Side], truth: Path, clip: str | None, up: Up | None, unit: str | None, rate: float | None
+    sides: Sequence[Side], truth: Path, up: Up | None, unit: str | None, rate: float | None
 ) -> list[Side]:
     """The runs behind the motion capture, and with its trunk."""
     cutoffs = {side.cutoff_hz for side in sides}
@@ -151,9 +150,8 @@ def _with_truth(
             f"Expected runs with one cut-off to compare with motion capture, got "
             f"{', '.join(map(str, cutoffs))} Hz; compare them one by one.",
         )
-    poses = read_truth(truth, clip, up, unit, rate)
-    of_clip = f", clip {clip}" if clip else ""
-    about = f"{truth.name}{of_clip}, {how_many(len(poses), 'frame')}, {poses.fps:.4g} a second"
+    poses = read_truth(truth, up, unit, rate)
+    about = f"{truth.name}, {how_many(len(poses), 'frame')}, {poses.fps:.4g} a second"
     entry = {"role": "motion capture", "file": truth.name, "sha256": sha256(truth)}
     first = replace(truth_side(poses, about, cutoffs.pop()), sources=(entry,))
     return [first, *(with_trunk_of(side, first) for side in sides)]

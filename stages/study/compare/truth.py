@@ -16,15 +16,14 @@ from ....pipeline.files.arrays import keys
 from ....pipeline.files.bvh import read_motion
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
-from ....pipeline.plugins.options import call, did_you_mean
+from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.mocap import read_mocap, upright_share, z_up
+from ....pipeline.reading.mocap import upright_share, z_up
 
 
 def read_truth(
     path: Path,
-    clip: str | None = None,
     up: Up | None = None,
     unit: str | None = None,
     fps: float | None = None,
@@ -33,9 +32,9 @@ def read_truth(
     metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC, C3D or .npz file lacks are
     NaN; it has to have hips, knees and ankles.
 
-    clip: which of a .npz file of several. up, unit, fps: of files that do not say it, or say it wrong. InputError when
-    the file is not what it should be, has no joints of these names, does not stand upright or is of no
-    person's size, and for what is said of a format that leaves no choice.
+    up, unit, fps: of files that do not say it, or say it wrong. InputError when the file is not what it should be, has
+    no joints of these names, does not stand upright or is of no person's size, and for what is said of a format that
+    leaves no choice.
     """
     if not path.is_file():
         raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
@@ -44,19 +43,13 @@ def read_truth(
     if fps is not None:
         check_fps(fps, "--rate")
     kind = path.suffix.lower()
-    if clip is not None and kind != ".npz":
-        raise InputError(
-            "option-conflict", f"--clip chooses from an .npz file of several clips; {path} is not one."
-        )
     with naming(path):
-        poses = _read(path, kind, clip, up, unit, fps)
+        poses = _read(path, kind, up, unit, fps)
     _check_person(poses, path, unit)
     return poses
 
 
-def _read(
-    path: Path, kind: str, clip: str | None, up: Up | None, unit: str | None, fps: float | None
-) -> PoseSequence:
+def _read(path: Path, kind: str, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     if kind in (".trc", ".c3d"):
         return _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
     if kind == ".bvh":
@@ -65,13 +58,11 @@ def _read(
         motion = read_motion(text, unit)
         joints = z_up(motion.joints, up or "y")
         return _poses(joints, (motion.first + np.arange(len(joints))) / (fps or motion.fps))
-    if kind == ".npz" and "clip_start" in keys(path):
-        _refuse(up, unit, fps, "a file of several clips is in metres with +Z up and says its frame rate")
-        return _clip(path, clip)
     if kind == ".npz":
-        if clip is not None:
+        if "clip_start" in keys(path):
             raise InputError(
-                "option-conflict", "--clip chooses from a file of several clips; this holds one."
+                "wrong-content",
+                "it holds several clips, as pcnet3d lab mocap writes them; save one as joints, joint_names and fps.",
             )
         return _of_markers(read_joints(path, fps), up, unit, None)
     return _adapted(path, up, unit, fps)
@@ -127,19 +118,6 @@ def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | 
     return _poses(joints, markers.time_s if fps is None else np.arange(len(joints)) / fps)
 
 
-def _clip(path: Path, name: str | None) -> PoseSequence:
-    clips = {clip.name: clip for clip in read_mocap(path)}
-    if name is None and len(clips) > 1:
-        raise InputError(
-            "choose-entry",
-            f"it holds {len(clips)} clips; name one with --clip, such as {next(iter(clips))}.",
-        )
-    if name is not None and name not in clips:
-        raise InputError("name-unknown", f"it has no clip '{name}'; {did_you_mean(name, clips)}")
-    clip = clips[name] if name else next(iter(clips.values()))
-    return _poses(clip.joints, np.arange(len(clip)) / clip.fps)
-
-
 def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     people = [
         poses
@@ -153,20 +131,16 @@ def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> 
             "format-unknown",
             "expected one person's motion capture: TRC, C3D, BVH, .npz, or a file that FreeMoCap writes.",
         )
-    _refuse(up, unit, None, "this file's format says which")
+    if given := [option for option, value in {"--unit": unit, "--up": up}.items() if value is not None]:
+        raise InputError(
+            "option-conflict", f"{', '.join(given)}: this file's format says which; leave that out."
+        )
     poses = remap(people[0], H36M17)
     if fps is not None:
         poses = poses.with_(time_s=poses.frame_index / fps)
     if poses.time_s is None:
         raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))
-
-
-def _refuse(up: Up | None, unit: str | None, fps: float | None, why: str) -> None:
-    """InputError when any of these is told of a file that leaves no choice."""
-    given_by_option = {"--unit": unit, "--up": up, "--rate": fps}
-    if given := [option for option, value in given_by_option.items() if value is not None]:
-        raise InputError("option-conflict", f"{', '.join(given)}: {why}; leave that out.")
 
 
 def _poses(joints: np.ndarray, time_s: np.ndarray) -> PoseSequence:

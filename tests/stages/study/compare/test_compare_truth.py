@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from golden.worlds import freemocap_rtmpose, trc, y_up
-from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.mocap import Clip
 from pcnet3d.stages.study.compare.truth import read_truth
 from refusals import refused
 
@@ -71,28 +69,24 @@ def test_a_joint_that_never_is_there_says_nothing_of_up(walk, tmp_path):
         read_truth(tmp_path / "r_knee.trc", up="z")
 
 
+def test_a_file_of_several_clips_is_refused(walk, tmp_path):
+    arrays = {
+        "joints": walk.world,
+        "joint_names": H36M17.joints,
+        "fps": 30.0,
+        "clip_start": [0, 60, len(walk)],
+    }
+    np.savez(tmp_path / "x.npz", **arrays)
+    with refused("wrong-content", "several clips"):
+        read_truth(tmp_path / "x.npz")
+
+
 def test_broken_files_have_words(tmp_path):
     for name in ("x.trc", "x.c3d", "x.npz", "x.bvh", "x.txt"):
         (tmp_path / name).write_text("nothing")
     for name in ("x.trc", "x.c3d", "x.npz", "x.bvh", "x.txt", "missing.trc"):
         with pytest.raises(InputError, match=name):
             read_truth(tmp_path / name)
-
-
-def test_a_clip_of_several_by_its_name(walk, tmp_path):
-    world = walk.world.astype(np.float32)
-    clips = [
-        Clip(name, "a", "asfamc", 30.0, world[rows])
-        for name, rows in (("a_1", slice(60)), ("a_2", slice(90)))
-    ]
-    write_mocap(tmp_path / "x.npz", clips)
-    assert len(read_truth(tmp_path / "x.npz", clip="a_2")) == 90
-    with pytest.raises(InputError, match="2 clips"):
-        read_truth(tmp_path / "x.npz")
-    with pytest.raises(InputError, match="did you mean"):
-        read_truth(tmp_path / "x.npz", clip="a_3")
-    with pytest.raises(InputError, match="--unit, --up, --rate: a file of several clips is in metres"):
-        read_truth(tmp_path / "x.npz", clip="a_2", up="y", unit="mm", fps=60.0)
 
 
 def test_a_file_that_does_not_say_its_rate_is_told_it(walk, tmp_path):
