@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..core.pose import package_version
 from ..core.system import is_file_name
 from ..core.take import Take
@@ -45,18 +43,15 @@ def folder_names(people: Sequence[str]) -> list[str]:
 
 
 def write_index(runs: Sequence[PersonRun], folder: Path) -> None:
-    """summary.json of the folder that holds the runs: who is in which folder, who was left out and why, and the LEVEL
-    that they share."""
-    done = [(run, run.take) for run in runs if run.take is not None]
+    """summary.json of the folder that holds the runs: who is in which folder, and who was left out and why."""
     content = {
         "pcnet3d": package_version(),
-        "people": [_entry(run, take) for run, take in done],
+        "people": [_entry(run, run.take) for run in runs if run.take is not None],
         "left_out": [
             {"person": run.person, "frames": run.frames, "code": run.code, "reason": run.reason}
             for run in runs
             if run.take is None
         ],
-        "level": _level([take for _, take in done]),
     }
     write_json(folder / SUMMARY, content)
 
@@ -72,23 +67,4 @@ def _entry(run: PersonRun, take: Take) -> dict[str, Any]:
         "last_frame": int(rows.frame_index[-1]),
         "level_ok": level is not None and level.level_ok,
         "warnings": sum(each.warns for each in take.said),
-    }
-
-
-def _level(takes: Sequence[Take]) -> dict[str, Any] | None:
-    """The rotation that all share; None where everybody has their own."""
-    levels = [take.rectified for take in takes]
-    rotations = [level.R_source_from_level for level in levels if level is not None]
-    if not rotations or len(rotations) < len(takes) or any(R.ndim == 3 for R in rotations):
-        return None
-    if not np.isfinite(rotations[0]).all() or any((rotations[0] != R).any() for R in rotations):
-        return None
-    first = levels[0]
-    assert first is not None
-    bound = float(np.fmax.reduce([level.up_bound_deg[0] for level in levels if level is not None]))
-    return {
-        "heading": first.level_heading,
-        "R_source_from_level": rotations[0].tolist(),
-        "up_bound_deg": bound if np.isfinite(bound) else None,
-        "up_shares": first.up_shares,
     }

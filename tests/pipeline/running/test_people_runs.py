@@ -61,7 +61,6 @@ def test_a_whole_run_each_in_one_level(done, scene):
         assert summary["rectification"]["level_heading"] == "camera"
         levels.append(np.load(output / entry["folder"] / "poses.npz")["R_source_from_level"])
     np.testing.assert_array_equal(levels[0], levels[1])
-    np.testing.assert_allclose(index["level"]["R_source_from_level"], levels[0])
     assert [run.take is not None for run in people] == [True, True, False]
 
 
@@ -220,8 +219,7 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     told = [[event for event in run.take.notices if event.about == "files"] for run in runs]
     scenes = [[event.text for event in each if event.code == "scene-changes"] for each in told]
     warned = [len(texts) == 1 and "1 time, at frame 120" in texts[0] for texts in scenes]
-    level = json.loads((tmp_path / "out" / SUMMARY).read_text())["level"]
-    assert (level is None, warned) == (cut, [cut, cut])
+    assert warned == [cut, cut]
     assert (angle_deg(*ups) > 10) == cut
     if cut:
         assert all(angle_deg(up, camera.up) < 6 for up, camera in zip(ups, cameras, strict=True))
