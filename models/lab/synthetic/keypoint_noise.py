@@ -78,7 +78,7 @@ class Noise:
 # A detector without error.
 EXACT_KEYPOINTS = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
 # As good detectors have it: OpenPose's keypoints of a real take lie 1.0 to 1.7 % from the truth at wrists and ankles as
-# at other joints, where its cameras are known best (docs/research.md, "Does the noise look like detectors?").
+# at other joints, where its cameras are known best (docs/research.md).
 GOOD = Noise(
     std=0.012, far_joints=1.0, outliers=0.001, swap_rate=0.005, missing_rate=0.0003, absent_rate=0.0001
 )
