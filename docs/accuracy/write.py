@@ -5,7 +5,7 @@
     python docs/accuracy/write.py --errors DIR
 
 The second measures all of figures.json first, but what is in DIR, half an hour of a core; the third all of errors.json,
-an hour and a half of a core.
+an hour of a core.
 
 The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
 networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors

@@ -9,9 +9,9 @@ error is larger yet. A difference of the sides has an error of its own: what a l
 far of the other cancels in the mean over both and is twice as large in the difference, the more so the more of a step
 is depth.
 
-gait_error.json was learned by models/lab/fits/gait_errors.py on validation subjects, their walks as captured and in
-drawn styles, each person with the same weight, so that nine in ten errors lie within 1.645 standard deviations: those
-of poses by the built-in lifter, and those of captured ones, of which times and shares are known.
+gait_error.json was learned on validation subjects, their walks as captured and in drawn styles, each person with the
+same weight, so that nine in ten errors lie within 1.645 standard deviations: those of poses by the built-in lifter, and
+those of captured ones, of which times and shares are known. models/lab/fits/gait_errors.py widens it for a new lifter.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
     """A row a statement and configuration."""
     for configuration, by_statement in cases.items():
         for statement, takes in by_statement.items():
-            bins = [one.inside for name in takes[0].known for *_, one in judge.bins(takes, name)]
+            bins = [one.inside for name in takes[0].known for one in judge.bins(takes, name)]
             yield {
                 "statement": statement,
                 "configuration": configuration,

@@ -105,19 +105,17 @@ def _share(take: Stated, factor: float) -> float:
     return float(np.mean(np.abs(take.error) <= factor * take.half))
 
 
-def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, Inside]]:
-    """(from, to, mean error, Inside) in tenths of the cases by what is known under `name`; those of too few people are
-    left out."""
-    out = []
-    for low, high, use in tenths(takes, name):
-        ends = np.cumsum([len(take.error) for take in takes])[:-1]
-        part = [take.part(of) for take, of in zip(takes, np.split(use, ends), strict=True) if of.any()]
-        out.append((low, high, mean(part, lambda take: take.error), inside(part)))
-    return out
+def bins(takes: Sequence[Stated], name: str) -> list[Inside]:
+    """Of tenths of the cases by what is known under `name`; those of too few people are left out."""
+    ends = np.cumsum([len(take.error) for take in takes])[:-1]
+    return [
+        inside([take.part(of) for take, of in zip(takes, np.split(use, ends), strict=True) if of.any()])
+        for use in tenths(takes, name)
+    ]
 
 
-def tenths(takes: Sequence[Stated], name: str) -> Iterator[tuple[float, float, np.ndarray]]:
-    """(from, to, (N,) bool of the cases of all takes) of every tenth of the cases by what is known under `name`, but
+def tenths(takes: Sequence[Stated], name: str) -> Iterator[np.ndarray]:
+    """(N,) bool of the cases of all takes that are in a tenth of them by what is known under `name`, of every tenth but
     those of too few people; of postures each by itself, however few they are."""
     values = np.concatenate([take.known[name] for take in takes] or [np.zeros(0)])
     if len(values) < _BINS:
@@ -125,14 +123,13 @@ def tenths(takes: Sequence[Stated], name: str) -> Iterator[tuple[float, float, n
     people = np.unique([take.person for take in takes], return_inverse=True)[1]
     of_case = np.repeat(people, [len(take.error) for take in takes])
     if name == "posture":
-        for which in np.unique(values).tolist():
-            yield which, which, values == which
+        yield from (values == which for which in np.unique(values))
         return
     edges = np.unique(np.nanquantile(values, np.linspace(0, 1, _BINS + 1)))
     for low, high in pairwise(edges):
         use = (values >= low) & ((values <= high) if high == edges[-1] else (values < high))
         if len(np.unique(of_case[use])) >= _FEWEST_PEOPLE:
-            yield float(low), float(high), use
+            yield use
 
 
 def factor(takes: Sequence[Stated], covered: float = COVERED) -> float:
@@ -205,7 +202,7 @@ def _even_weights(takes: Sequence[Stated]) -> Iterator[np.ndarray]:
     of_take = np.repeat(np.arange(len(takes)), [len(take.error) for take in takes])
     people = np.unique([take.person for take in takes], return_inverse=True)[1]
     every = np.ones(len(of_take), bool)
-    for use in (every, *(use for name in takes[0].known for *_, use in tenths(takes, name))):
+    for use in (every, *(use for name in takes[0].known for use in tenths(takes, name))):
         cases = np.bincount(of_take[use], minlength=len(takes))
         of_person = np.bincount(people[cases > 0], minlength=len(takes))  # takes
         weight = np.zeros(len(of_take))

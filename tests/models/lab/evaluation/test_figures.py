@@ -32,22 +32,6 @@ def test_the_walkers_figures_are_inside_their_errors(finished):
         assert np.abs(stated.error) < stated.half
 
 
-def test_what_is_off_is_judged_by_as_much(finished):
-    take = finished.take
-    off = (
-        Measure(**{**vars(row), "value": row.value + 5.0})
-        if getattr(row, "name", "") == "mean_stance"
-        else row
-        for row in take.measures
-    )
-    moved = Finished(take.with_(measures=Measures(tuple(off))), finished.truth, "here")
-    was, is_now = (
-        next(one.error[0] for one in figures(each) if one.statement == "stance, %")
-        for each in (finished, moved)
-    )
-    assert is_now - was == pytest.approx(5.0)
-
-
 def test_nothing_is_judged_where_no_walk_was_found(finished):
     assert nested(finished.take.measures)["walking"]["steps"] >= 3
     assert list(figures(Finished(finished.take.with_(measures=Measures()), finished.truth, "here"))) == []

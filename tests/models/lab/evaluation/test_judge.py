@@ -34,8 +34,8 @@ def test_bins_show_what_the_whole_hides():
     takes = [stated(p, rng.normal(0, 0.2 + size / 50), 2.0, found=size) for p in "abcd"]
     of = judge.bins(takes, "found")
     assert len(of) == 10
-    assert of[0][3].inside > 0.99
-    assert of[-1][3].inside < 0.8
+    assert of[0].inside > 0.99
+    assert of[-1].inside < 0.8
     assert (
         judge.bins([stated("a", np.zeros(100), found=np.arange(100.0))], "found") == []
     )  # one person is no bin
@@ -54,7 +54,7 @@ def test_fitted_bars_hold_at_every_size_and_on_people_left_out():
     weights = fitted(takes, squares)
     assert np.sqrt(weights) / 1.645 == pytest.approx([1.5, 2.0], rel=0.25)
     assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
-    assert all(b[3].inside > 0.8 for b in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
+    assert all(each.inside > 0.8 for each in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
 
 
 def test_a_fit_is_the_same_in_every_unit():

@@ -67,14 +67,6 @@ def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
     assert 20 < figures["pa_mpjpe"].mean < figures["mpjpe"].mean < 70
 
 
-def test_frames_sorted_by_expected_error(take):
-    angle = np.linspace(0, 40, 40)
-    wrong = take.R @ Rotation.from_rotvec(np.radians(angle)[:, None] * [[0, 1, 0]]).as_matrix()
-    assert row(judge(Fixed(wrong, angle**2), [take]))["spearman"] == pytest.approx(1)
-    assert row(judge(Fixed(wrong, -angle), [take]))["spearman"] == pytest.approx(-1)
-    assert np.isnan(row(judge(Geometric(), [take]))["spearman"])
-
-
 def test_the_tables_of_several_rectifiers(clip, monkeypatch):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
