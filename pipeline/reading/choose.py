@@ -26,30 +26,24 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     count as a camera far away would see them, in their own unit, whatever their distance. Of a choice by rank a notice
     says who else is there.
     """
-    everybody, rank = people, person if person in RANKS else None
-    if rank is not None:
-        values = [RANKS[rank](poses, where) for poses in people]
-        people = tuple(poses for poses, value in zip(people, values, strict=True) if value == max(values))
-        person = None
-    if person is None and len(people) == 1:
-        return _beside(people[0], everybody)
-    names: dict[str, Any] = {poses.person: poses for poses in people}
-    listed = listed_people(people)
-    if rank is not None:
-        raise InputError(
-            "choose-person",
-            f"{where} holds {len(people)} people who are equally the {rank}: {listed}; choose one by name with "
-            "--person.",
-        )
-    if person is None:
-        raise InputError(
-            "choose-person",
-            f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'.",
-        )
-    person = str(person)  # names of people are often numbers, and callers in Python write them as such
-    if person not in names:
-        raise InputError("name-unknown", f"{where} has no person '{person}'; it holds {listed}.")
-    return names[person]
+    if person is not None and person not in RANKS:
+        # Names of people are often numbers, and callers in Python write them as such.
+        named = [poses for poses in people if poses.person == str(person)]
+        if not named:
+            raise InputError(
+                "name-unknown", f"{where} has no person '{person}'; it holds {listed_people(people)}."
+            )
+        return named[0]
+    values = [RANKS[person](poses, where) if person else 0 for poses in people]
+    first = [poses for poses, value in zip(people, values, strict=True) if value == max(values)]
+    if len(first) == 1:
+        return _beside(first[0], people)
+    equally = f" who are equally the {person}" if person else ""
+    way_out = "by name with --person" if person else "with --person, or 'longest' or 'largest'"
+    raise InputError(
+        "choose-person",
+        f"{where} holds {len(first)} people{equally}: {listed_people(tuple(first))}; choose one {way_out}.",
+    )
 
 
 def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:

@@ -160,23 +160,14 @@ class Files:
         if last < frames:
             return
         lowest = min(int(person.frame_index[0]) for person in numbering.people)
-        if self.options.first_frame is not None:
-            way_out = ", or its first row is another frame (--set read.first_frame=N)"
-        elif (
-            lowest and last == frames
-        ):  # the first images may show nobody, so the lowest number need not be 1
-            way_out = (
-                f", unless its numbers count from 1: then pass --set read.first_frame={lowest - 1}, the video frame of "
-                f"the lowest number, {lowest}"
-            )
-        else:
-            way_out = (
-                f", unless its lowest number, {lowest}, is video frame N: then pass --set read.first_frame=N"
-            )
+        # The first images may show nobody, so that the lowest of numbers that count from 1 need not be 1.
+        from_1 = lowest and last == frames and self.options.first_frame is None
         raise InputError(
             "files-apart",
             f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {self.video.path} ends "
-            f"with frame {frames - 1}; they do not belong together{way_out}.",
+            f"with frame {frames - 1}; they do not belong together, unless the lowest number, {lowest}, is another "
+            "video frame, as where numbers count from 1: then pass --set "
+            f"read.first_frame={lowest - 1 if from_1 else 'N'}, that frame's number in the video.",
         )
 
     def seconds(self, frames: np.ndarray, path: Path, other: PoseSequence | None = None) -> np.ndarray:

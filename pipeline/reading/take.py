@@ -218,10 +218,8 @@ def _video_alone(files: Files) -> Take:
         check_times(video.time_s, str(video.path))
     if (asked := options.time_range) is not None:
         seconds = files.video_seconds()
-        video, notices = (
-            replace(video, part=rows_within(asked, seconds)),
-            (*notices, range_note(asked, seconds)),
-        )
+        notices = (*notices, range_note(asked, seconds))
+        video = replace(video, part=rows_within(asked, seconds))
     return Take(
         name=printable(video.path.stem),
         video=video,
@@ -252,41 +250,38 @@ def _poses(files: Files) -> PoseSequence | None:
 
 
 def _keypoints(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
-    """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses, by
-    its length where these have no numbers or by the limbs where names say nothing."""
-    file, options = files.keypoints, files.options
-    if file is None:
-        return None
+    """The person's 2D keypoints, when there is a file of them."""
+    file = files.keypoints
+    return None if file is None else file.normalised(_track(files, file, poses))
+
+
+def _track(files: Files, file: Source, poses: PoseSequence | None) -> PoseSequence:
+    """The track of a file of keypoints that is named, alone, or fits the poses, by its length where these have no
+    numbers or by the limbs where names say nothing."""
+    options, where = files.options, str(file.path)
     tracks = file.people if poses is not None else _tracks(files, file)
+    person = options.person if len(tracks) > 1 else None
     if options.keypoints_person is not None:
-        return file.normalised(choose_person(tracks, options.keypoints_person, str(file.path)))
-    if options.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
+        return choose_person(tracks, options.keypoints_person, where)
+    if poses is None:
+        own = file.adapter == "keypoints"  # as the run that detected them
+        return (choose_detected if own else choose_person)(tracks, person, where)
+    if options.person is None and len(tracks) > 1 and not poses.frames_known:
         fitting = [track for track in tracks if len(track) == len(poses)]
         if len(fitting) == 1:
-            return file.normalised(fitting[0])
+            return fitting[0]
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
                 "people-mixed",
                 f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} people of "
                 f"{file.path} together: the lifter took them for one (MotionBERT without --focus); lift one at a time.",
             )
-    others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
-    if others and poses is not None and files.nameless:
-        return file.normalised(files.track_of(poses))
-    person = options.person if len(tracks) > 1 else None
-    if others and person in RANKS:
+    if files.poses and len(files.poses.people) > 1 and len(tracks) > 1:
+        if files.nameless:
+            return files.track_of(poses)
         # A rank means metres in one file and pixels in the other, so the poses' choice holds for both.
-        person = poses.person if poses is not None else None
-        if person not in (names := [track.person for track in tracks]):
-            raise InputError(
-                "files-apart",
-                f"Expected the same people in {others.path} and {file.path}, but '{person}', chosen in the first, "
-                f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
-                "leave one file out.",
-            )
-    if poses is None and file.adapter == "keypoints":  # as the run that detected them
-        return file.normalised(choose_detected(tracks, person, str(file.path)))
-    return file.normalised(choose_person(tracks, person, str(file.path)))
+        person = poses.person if person in RANKS else person
+    return choose_person(tracks, person, where)
 
 
 def _tracks(files: Files, file: Source) -> tuple[PoseSequence, ...]:

@@ -178,7 +178,7 @@ def test_what_the_refusal_of_numbers_that_count_from_one_says_to_do_puts_rows_wh
     assert take.keypoints.frame_index.tolist() == shown[3:]
     for frames, first, said in (
         ((50, 60), None, "lowest number, 50, is"),
-        ((5, 9), 35, "its first row is another"),
+        ((5, 9), 35, "lowest number, 5, is"),
     ):
         drawn_tracks(path, {1: [*range(*frames), frames[1] + 1]})
         with pytest.raises(InputError, match=said):

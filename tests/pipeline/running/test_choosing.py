@@ -15,6 +15,7 @@ from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.choose import choose_detected, choose_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
+from refusals import refused
 
 
 def person(name: str, size: float, frames: int = 5, frame=CAMERA, facing=None) -> PoseSequence:
@@ -149,5 +150,5 @@ def test_who_is_chosen_by_rank_in_the_poses_has_that_name_in_the_keypoints(scene
     take = open_take(options)
     assert (take.poses.person, take.keypoints.person) == ("1", "1")
     others = options.model_copy(update={"keypoints": results_2d(tmp_path / "others.json", scene, "78")})
-    with pytest.raises(InputError, match="'1', chosen in the first, is not in the second, which has 7, 8"):
+    with refused("name-unknown", "'1'", "7", "8"):
         open_take(others)
