@@ -295,8 +295,6 @@ def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list
     if (row := levelled.drift_at) is not None and not stands:
         frame, drift_deg = int(poses.frame_index[row]), float(levelled.drift_deg)
         notices.append(notice("up-drifts", rows=[row], frame=frame, drift_deg=drift_deg))
-    if not np.isnan(levelled.apart_deg):
-        notices.append(notice("up-of-one-apart", apart_deg=float(levelled.apart_deg)))
     return notices
 
 

@@ -164,7 +164,7 @@ def limb_spread(joints: np.ndarray) -> np.ndarray:
     length = np.linalg.norm(joints[:, ends[:, 0]] - joints[:, ends[:, 1]], axis=-1)
     seen = np.isfinite(length)
     median = np.array(
-        [np.median(one[fine]) if fine.any() else np.nan for one, fine in zip(length.T, seen.T, strict=True)]
+        [np.median(bone[fine]) if fine.any() else np.nan for bone, fine in zip(length.T, seen.T, strict=True)]
     )
     square = np.where(seen, (length / median - 1) ** 2, 0.0).sum(axis=1)
     count = seen.sum(axis=1)

@@ -102,8 +102,8 @@ def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float
 
 def known_median(values: np.ndarray) -> float:
     """The median of the finite ones of (N,), NaN without any."""
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def difference_chance(ratio: np.ndarray, freedom: float | None = None) -> np.ndarray:
@@ -135,15 +135,15 @@ def shipped() -> dict[str, Any]:
     return content
 
 
-def same_part(one: Measures, other: Measures) -> bool:
+def same_part(first: Measures, second: Measures) -> bool:
     """Whether two figures, or those of both sides, rest on about as large a share of their frames: else one of them may
     have missed a part of the movement, which no error tells."""
-    return same_shares(_unseen(one), _unseen(other))
+    return same_shares(_unseen(first), _unseen(second))
 
 
-def same_shares(one: float, other: float) -> bool:
+def same_shares(first: float, second: float) -> bool:
     """Whether two shares of frames in which a figure was not seen are about alike."""
-    return abs(one - other) < _ANOTHER_PART
+    return abs(first - second) < _ANOTHER_PART
 
 
 def _unseen(of: Measures) -> float:
@@ -154,10 +154,10 @@ def _unseen(of: Measures) -> float:
     return 0.0 if judged is None else 1 - judged / 100
 
 
-def same_place(one: Rectified, other: Rectified) -> bool:
+def same_place(first: Rectified, second: Rectified) -> bool:
     """Whether two takes were filmed from about the same place, by the person's mean facing direction before the camera
     and the camera's pitch. False where one of them is not known."""
-    views = [view_deg(each) for each in (one, other)]
+    views = [view_deg(each) for each in (first, second)]
     if views[0] is None or views[1] is None:
         return False
     (facing, pitch), (other_facing, other_pitch) = views[0], views[1]

@@ -215,9 +215,9 @@ def _alike(image: np.ndarray, moved: np.ndarray) -> float:
 def _gain(tried: Movements, numbered: Movements) -> float:
     """By how much more alike movements are than as they are numbered, in the pairs of images that both have; 0 where
     these are less than half of the pairs."""
-    known = numbered[1].any(axis=(1, 2))
-    both = known & tried[1].any(axis=(1, 2))
-    if both.sum() < known.sum() / 2:
+    visible = numbered[1].any(axis=(1, 2))
+    both = visible & tried[1].any(axis=(1, 2))
+    if both.sum() < visible.sum() / 2:
         return 0.0
     old, new = (
         _alike(*(_less_common(part[both], each[1][both]) for part in each)) for each in (numbered, tried)
@@ -227,9 +227,11 @@ def _gain(tried: Movements, numbered: Movements) -> float:
 
 def _less_common(movements: np.ndarray, keypoints: np.ndarray) -> np.ndarray:
     """Movements (P, J, 2) less most of what a pair's joints have in common; keypoints: tells which are known."""
-    known = keypoints.any(axis=-1, keepdims=True)
-    common = (movements * known).sum(axis=1, keepdims=True) / np.maximum(known.sum(axis=1, keepdims=True), 1)
-    return (movements - _COMMON * common) * known
+    visible = keypoints.any(axis=-1, keepdims=True)
+    common = (movements * visible).sum(axis=1, keepdims=True) / np.maximum(
+        visible.sum(axis=1, keepdims=True), 1
+    )
+    return (movements - _COMMON * common) * visible
 
 
 def flow_notice(flow: Flow | None) -> Notice | None:

@@ -46,9 +46,9 @@ class SeveralLooks:
         mean = (weights[..., None] * xy).sum(axis=0) / weights.sum(axis=0)[:, None]
         return Found(mean, (agree * score).sum(axis=0) / agree.sum(axis=0), first.box, first.sure)
 
-    def next_crop(self, found: Found) -> Crop:
+    def next_crop(self, person: Found) -> Crop:
         """As CropNetwork says."""
-        return self._network.next_crop(found)
+        return self._network.next_crop(person)
 
     def _again(
         self, image: np.ndarray, crop: Crop, size: float, mirrored: bool

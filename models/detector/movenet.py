@@ -43,11 +43,11 @@ class MoveNet:
         cropped = crop.cut(image, (self._side, self._side)).astype(self._network.input_dtype)
         return _person(crop, self._network.run(cropped[None])[0].reshape(17, 3))
 
-    def next_crop(self, found: Found) -> Crop:
+    def next_crop(self, person: Found) -> Crop:
         """As CropNetwork says."""
-        centre = found.xy[_HIPS].mean(axis=0)
-        off = np.abs(found.xy - centre).max(axis=1)
-        body = off[found.score > _SEEN].max(initial=0)
+        centre = person.xy[_HIPS].mean(axis=0)
+        off = np.abs(person.xy - centre).max(axis=1)
+        body = off[person.score > _SEEN].max(initial=0)
         side = 2 * max(_TORSO_ROOM * off[_TORSO].max(), _BODY_ROOM * body)
         return around(centre, side, side)
 

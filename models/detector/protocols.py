@@ -54,7 +54,7 @@ class CropNetwork(Protocol):
 
     aspect: width over height of that part. room: its size over that of a box around the person.
     look(image, crop): what it takes for the person there, sure or not.
-    next_crop(found): where to look in the next frame.
+    next_crop(person): where to look in the next frame.
     """
 
     aspect: float
@@ -65,7 +65,7 @@ class CropNetwork(Protocol):
     @property
     def layout(self) -> Layout: ...
     def look(self, image: np.ndarray, crop: Crop) -> Found: ...
-    def next_crop(self, found: Found) -> Crop: ...
+    def next_crop(self, person: Found) -> Crop: ...
 
 
 class PersonNetwork(Protocol):

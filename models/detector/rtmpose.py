@@ -59,6 +59,6 @@ class SimCC:
         seen = score > _SEEN
         return Found(xy, score, box_around(xy[seen] if seen.any() else xy), float(score.mean()))
 
-    def next_crop(self, found: Found) -> Crop:
+    def next_crop(self, person: Found) -> Crop:
         """As CropNetwork says."""
-        return fitted(found.box, self.aspect, self.room)
+        return fitted(person.box, self.aspect, self.room)

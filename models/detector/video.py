@@ -165,13 +165,13 @@ class Search:
             resume.box,
         )
         for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
-            found = Found(xy, score, box)
-            self._rows.add(frame, time_s, person, found)
-            self._tracker.knows(int(person), _sighting(int(frame), found))
+            sighted = Found(xy, score, box)
+            self._rows.add(frame, time_s, person, sighted)
+            self._tracker.knows(int(person), _sighting(int(frame), sighted))
             if frame < scene:
                 self._tracker.cut()
             if frame == resume.frames_seen - 1:
-                before.append(found)
+                before.append(sighted)
         self._before = before
         self._glance = last
         self._change = array("f", resume.change.tolist())
@@ -191,7 +191,7 @@ def detect(
     detector: Detector,
     source: str = "",
     resume: Detections | None = None,
-    keep: Callable[[Detections], None] = lambda found: None,
+    keep: Callable[[Detections], None] = lambda detections: None,
 ) -> Detections:
     """Everybody in the video's span. source: what a later run compares before it goes on with these. keep: called with
     what was found so far, about every minute and at the end, once there is anybody.
@@ -234,23 +234,23 @@ def detect(
             f"Expected images in {video.path}, but not one of its {how_many(total - first, 'frame')} can be decoded; "
             "rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
-    found = search.detections(total, seen, source)
+    detections = search.detections(total, seen, source)
     if search.people:
-        keep(found)
-    return _told_apart(without_repeats(found))
+        keep(detections)
+    return _told_apart(without_repeats(detections))
 
 
 def _glance_before(video: Video, first: int, number: int) -> Glance | None:
     """What an image of that number is compared with, which no file keeps: the last image before it that shows anything,
     however long it has been dark, else the first of all."""
-    found = None
+    glance = None
     while number > first:
         start = max(first, number - _AGAIN)
-        for found in reversed([Glance.at(image) for _, image in images_ahead(video, start, number - 1, [])]):
-            if found.shows:
-                return found
+        for glance in reversed([Glance.at(image) for _, image in images_ahead(video, start, number - 1, [])]):
+            if glance.shows:
+                return glance
         number = start
-    return found
+    return glance
 
 
 def _told_apart(detections: Detections) -> Detections:

@@ -128,15 +128,15 @@ def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
         rows = start + np.flatnonzero(np.isfinite(both[start:stop]))
         if not len(rows):
             continue
-        known_s, known = time_s[rows], both[rows]
-        count = int(np.ceil(np.ptp(known_s) / _UNIT_S))
-        step_s = np.ptp(known_s) / max(count, 1)
+        visible_s, length = time_s[rows], both[rows]
+        count = int(np.ceil(np.ptp(visible_s) / _UNIT_S))
+        step_s = np.ptp(visible_s) / max(count, 1)
         # Of an even grid only what lies beside rows: a hole in the times may last for years.
-        beside = np.unique(np.floor((known_s - known_s[0]) / max(step_s, 1e-9))[:, None] + [-1, 0, 1, 2])
-        at_s = known_s[0] + step_s * beside[(beside >= 0) & (beside <= count)]
-        spans = np.searchsorted(known_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")
+        beside = np.unique(np.floor((visible_s - visible_s[0]) / max(step_s, 1e-9))[:, None] + [-1, 0, 1, 2])
+        at_s = visible_s[0] + step_s * beside[(beside >= 0) & (beside <= count)]
+        spans = np.searchsorted(visible_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")
         filled = spans[0] < spans[1]
-        medians = [np.median(known[slice(*span)]) for span in spans.T[filled]]
+        medians = [np.median(length[slice(*span)]) for span in spans.T[filled]]
         result[start:stop] = np.interp(time_s[start:stop], at_s[filled], medians)
     return result
 

@@ -204,9 +204,9 @@ def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams:
     """facing_deg (T,) at other times (N,), without jumps by a whole turn."""
     angle = np.radians(facing_deg)
     x, y = resample(np.stack([np.cos(angle), np.sin(angle)], axis=-1), time_s, at_s, seams).T
-    known = np.isfinite(x)
+    finite = np.isfinite(x)
     result = np.full(len(at_s), np.nan)
-    result[known] = np.degrees(np.unwrap(np.arctan2(y[known], x[known])))
+    result[finite] = np.degrees(np.unwrap(np.arctan2(y[finite], x[finite])))
     return result
 
 

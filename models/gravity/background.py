@@ -67,9 +67,11 @@ def shift(first: np.ndarray, second: np.ndarray, boxes: Sequence[np.ndarray]) ->
     if corners is None or len(corners) < _FEWEST:
         return None
     options: dict[str, Any] = {"winSize": _WINDOW, "maxLevel": _LEVELS}
-    there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, corners.copy(), **options)
+    there, followed, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, corners.copy(), **options)
     again, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, there.copy(), **options)
-    fine = (found[:, 0] > 0) & (returned[:, 0] > 0) & (np.linalg.norm(again - corners, axis=-1)[:, 0] < _BACK)
+    fine = (
+        (followed[:, 0] > 0) & (returned[:, 0] > 0) & (np.linalg.norm(again - corners, axis=-1)[:, 0] < _BACK)
+    )
     if fine.sum() < max(_FEWEST, _FEW * len(corners)):
         return None
     way = (there - corners)[fine, 0] / _SIDE

@@ -46,7 +46,7 @@ class Levelled:
     moving camera. error_deg: (T,) expected rotation error of BODY. up: the take's, and what it rests on. votes: (T, 3)
     the frames' own ups. heading: how LEVEL's was chosen, "median", "first second", "camera" or "world". drift_deg: how
     far the ups of two parts of the take are apart, and drift_at the row where they part, if that is more than their
-    errors explain. apart_deg: how far a person's own up is from the one that several people share, if likewise.
+    errors explain.
     """
 
     R_camera_from_body: np.ndarray
@@ -57,7 +57,6 @@ class Levelled:
     heading: str
     drift_deg: float = float("nan")
     drift_at: int | None = None
-    apart_deg: float = float("nan")
 
     @property
     def up_error_deg(self) -> np.ndarray:

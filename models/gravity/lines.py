@@ -79,7 +79,7 @@ def fits(segments: Segments, focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FO
     if len(segments) < 8:
         return []
     few = segments.longest(_SEARCHED)
-    chance, found = _chance(few), []
+    chance, candidates = _chance(few), []
     coarse, fine = (_COARSE_FOCALS, _FOCALS) if focal[1] > _SURE else ((0.0,), (0.0,))
     ups = _modes(few, chance, focal[0])
     # Vertical lines alone hardly tell one up from another; the level ones do, looked at with a blurred eye first.
@@ -91,10 +91,10 @@ def fits(segments: Segments, focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FO
             (_turned(few, chance, ups[row], focal, steps, _HEADINGS) for steps in fine),
             key=lambda fit: fit.gain,
         )
-        found.append(best)
-    found.sort(key=lambda fit: -(fit.gain + log_before(fit.up)))
+        candidates.append(best)
+    candidates.sort(key=lambda fit: -(fit.gain + log_before(fit.up)))
     chance = _chance(segments)
-    polished = [_polished(segments, chance, fit, focal) for fit in found[:_POLISHED]]
+    polished = [_polished(segments, chance, fit, focal) for fit in candidates[:_POLISHED]]
     polished.sort(key=lambda fit: -(fit.gain + log_before(fit.up)))
     distinct: list[Fit] = []
     for fit in polished:

@@ -6,14 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...pipeline.core.camera import Look
-from ...pipeline.core.rotations import angle_deg
 from .evidence import Evidence, TakeUp, about, fuse
 from .fusion import fused_up
 from .levelling import Levelled, level, static_up, why_not
 from .seen import Seen
-
-_APART_DEG = 12.0  # a person's own up this far from the common one, and further than
-_APART_ERRORS = 3.0  # this many of its expected errors, is said
 
 
 def level_people(
@@ -34,10 +30,7 @@ def level_people(
     names = _numbered([person.name for person in people])
     own = {name: levelled.up for name, levelled, use in zip(names, alone, heard, strict=True) if use}
     shared = _shared(own, told, look)
-    return [
-        replace(level(person, shared), apart_deg=_apart_deg(levelled.up, shared) if use else float("nan"))
-        for person, levelled, use in zip(people, alone, heard, strict=True)
-    ]
+    return [level(person, shared) for person in people]
 
 
 def _shared(own: Mapping[str, TakeUp], told: Sequence[Evidence], look: Look | None) -> TakeUp:
@@ -64,8 +57,3 @@ def _numbered(names: Sequence[str]) -> list[str]:
         f"{name} ({names[: row + 1].count(name)})" if names.count(name) > 1 else name
         for row, name in enumerate(names)
     ]
-
-
-def _apart_deg(own: TakeUp, shared: TakeUp) -> float:
-    apart = float(angle_deg(own.up, shared.up))
-    return apart if apart > max(_APART_DEG, _APART_ERRORS * own.error_deg) else float("nan")

@@ -58,7 +58,7 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
     side = max(height, width)
     with ThreadPoolExecutor(min(cores(), len(images))) as threads:  # the detector lets go of the interpreter
         lines_of = list(threads.map(lambda image: _lines(image, side), images))
-    found = []
+    by_image = []
     for lines, masked in zip(lines_of, boxes or [np.zeros((0, 4))] * len(images), strict=True):
         middle = lines.mean(axis=1)
         inside = (
@@ -68,8 +68,8 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
         )
         lines = lines[~inside]
         length = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=-1)
-        found.append(lines[np.argsort(-length)[:_MOST]])
-    lines = np.concatenate(found)
+        by_image.append(lines[np.argsort(-length)[:_MOST]])
+    lines = np.concatenate(by_image)
     ends = (lines - np.array([width, height]) / 2) / side
     along = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(along, axis=-1)
@@ -81,7 +81,7 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
         sd=np.hypot(np.radians(_ANGLE_DEG), ends_rad),
         weight=np.clip(length / _USUAL, *_WEIGHTS) / len(images),
         size=np.array([width, height]) / side,
-        first=len(found[0]),
+        first=len(by_image[0]),
     )
 
 

@@ -27,9 +27,9 @@ class Checked:
         rows = len(joints)
         if isinstance(given, tuple) and [np.shape(each) for each in given] == [(rows, 3, 3), (rows,)]:
             R, error_deg = given
-            known = R[np.isfinite(R).all(axis=(1, 2))].astype(np.float64)
-            off = np.abs(known @ known.swapaxes(1, 2) - np.eye(3)).max(initial=0.0)
-            if off < _ROUNDED and (np.linalg.det(known) > 0).all():
+            answered = R[np.isfinite(R).all(axis=(1, 2))].astype(np.float64)
+            off = np.abs(answered @ answered.swapaxes(1, 2) - np.eye(3)).max(initial=0.0)
+            if off < _ROUNDED and (np.linalg.det(answered) > 0).all():
                 return R, error_deg
         raise InputError(
             "plugin-broken",

@@ -33,14 +33,14 @@ class PCNetRectifier:
         # than it gains in layers as small as these, most of all for a single pose or beside other programs.
         opened = open_onnx(path, "a rectifier", threads=1)
         self.session, self.threads = opened.session, threads or cores()
-        found = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
+        inputs = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
         outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
         free = all(not isinstance(entry.shape[0], int) for entry in self.session.get_inputs() if entry.shape)
-        if found != _INPUTS or outputs != _OUTPUTS or not free:
+        if inputs != _INPUTS or outputs != _OUTPUTS or not free:
             raise InputError(
                 "wrong-network",
                 f"{path} is not a rectifier: expected the inputs {_INPUTS} and the outputs {_OUTPUTS}, each behind a "
-                f"batch of any size, got {found} and {outputs}{'' if free else ' of one size'}; export it as "
+                f"batch of any size, got {inputs} and {outputs}{'' if free else ' of one size'}; export it as "
                 "docs/python.md shows.",
             )
         self.path = Path(path)

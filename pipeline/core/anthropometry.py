@@ -70,8 +70,8 @@ def floor_height(level: PoseSequence) -> float:
     feet = level.layout.indices([point for point in FEET.joints if point in level.layout])
     soles = np.concatenate([soles, level.joints[:, feet, 2]], axis=1)
     lowest = np.fmin.reduce(soles, axis=1) + (0.0 if level.root is None else level.root[:, 2])
-    known = lowest[np.isfinite(lowest)]
-    return float(np.median(known)) if len(known) else float("nan")
+    finite = lowest[np.isfinite(lowest)]
+    return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def trunk_length(joints: np.ndarray, layout: Layout) -> float:

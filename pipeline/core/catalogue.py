@@ -188,9 +188,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "up-drifts": ("warning", "up",
         "According to the body, up changes by {drift_deg:.0f} degrees at frame {frame}. There is a cut, the camera "
         "moves (--camera moving), or the person lies or bends down for long."),
-    "up-of-one-apart": ("warning", "up",
-        "According to this person, up is {apart_deg:.0f} degrees from that of the recording: the person leans or "
-        "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's lines and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed{so}. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),

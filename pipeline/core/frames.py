@@ -35,15 +35,15 @@ UNITS = (*METRES, "px", "arbitrary")
 
 
 def _direction(family: str, word: str) -> tuple[float, ...]:
-    known = _DIRECTIONS[family]
-    if word in known:
-        return known[word]
+    directions = _DIRECTIONS[family]
+    if word in directions:
+        return directions[word]
     for positive, negative in _OPPOSITE.items():
-        if word == negative and positive in known:
-            return tuple(-v for v in known[positive])
+        if word == negative and positive in directions:
+            return tuple(-v for v in directions[positive])
     raise InputError(
         "bad-value",
-        f"Expected an axis of the {family} family ({', '.join(known)} or opposites), got '{word}'.",
+        f"Expected an axis of the {family} family ({', '.join(directions)} or opposites), got '{word}'.",
     )
 
 
