@@ -58,7 +58,7 @@ FAULTS = [
     Fault("adapters/kit/people.py", "self.points[self.scores == 0] = np.nan", "self.points[self.scores == 1] = np.nan",
           "adapters/keypoints/test_coco.py"),
     Fault("adapters/kit/clock.py", "np.rint(steps / usual)", "np.ones(len(steps))", "adapters/test_mediapipe.py"),
-    Fault("models/common/metrics.py", 'if per == "frame"', 'if per == "take"', "models/common/test_metrics.py"),
+    Fault("models/lab/common/metrics.py", 'if per == "frame"', 'if per == "take"', "models/lab/test_metrics.py"),
     Fault("models/smoother.py", "np.square(factors)[:, None", "np.array(factors)[:, None",
           "models/test_smoother.py::test_factors_are_of_standard_deviations"),
     Fault("models/detector/scene_cuts.py", ">= _STAYS", "< _STAYS", "models/detector/test_scene_cuts.py"),

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.core.camera import Camera, pitch_roll_deg
+from ...pipeline.core.measures import SD_90
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
-from ..common.metrics import SD_90
 from .joint_noise import JointNoise
 
 FOCAL_HEADING = 0.77  # mean error of a body's heading over Turns.heading, by takes of val subjects

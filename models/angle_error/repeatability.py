@@ -18,11 +18,10 @@ from typing import Any, Literal
 import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
-from ...pipeline.core.measures import Measure, Measures
+from ...pipeline.core.measures import SD_90, Measure, Measures
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.angles import ANGLES, near, of_both
-from ..common.metrics import SD_90
 
 REPEATABILITY_FILE = Path(__file__).with_name("repeatability.json")
 # From about the same place: the person's facing, the camera's pitch.

@@ -2,40 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, is_dataclass
 from typing import Any
 
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.measures import SD_90 as SD_90
 from ...pipeline.core.rotations import kabsch, rotate
 
 # Of a direction whose error is Gaussian in two dimensions: what holds nine in ten, over the root mean square.
 RAYLEIGH_90 = float(np.sqrt(np.log(10)))
-
-
-@dataclass(frozen=True)
-class Figure:
-    """Percentiles and mean over frames, or over takes (of each take's mean)."""
-
-    p50: float
-    mean: float
-    p95: float
-
-    @classmethod
-    def of(cls, values: np.ndarray) -> Figure:
-        values = values[np.isfinite(values)]
-        if len(values) == 0:
-            return cls(np.nan, np.nan, np.nan)
-        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
-
-    def __str__(self) -> str:
-        return format(self, ".1f")
-
-    def __format__(self, digits: str) -> str:
-        """p50 / mean / p95, each with the given format."""
-        return " / ".join(format(value, digits or ".1f") for value in (self.p50, self.mean, self.p95))
 
 
 def plain(value: Any) -> Any:
@@ -44,7 +20,7 @@ def plain(value: Any) -> Any:
         value = value.item()
     if isinstance(value, float) and not np.isfinite(value):
         return None
-    if isinstance(value, Figure):
+    if is_dataclass(value) and not isinstance(value, type):
         return plain(asdict(value))
     if isinstance(value, dict):
         return {str(key): plain(part) for key, part in value.items()}
@@ -54,24 +30,6 @@ def plain(value: Any) -> Any:
 def relative(joints: np.ndarray) -> np.ndarray:
     """joints (..., 17, 3) minus their pelvis."""
     return joints - joints[..., [H36M17.index("pelvis")], :]
-
-
-def person_size(joints: np.ndarray) -> float:
-    """Root mean square distance of joints (T, 17, 3) from the pelvis, which does not count itself, in their unit; NaN
-    without any."""
-    square = (np.delete(relative(joints), H36M17.index("pelvis"), axis=-2) ** 2).sum(axis=-1)
-    square = square[np.isfinite(square)]
-    return float(np.sqrt(square.mean())) if len(square) else float("nan")
-
-
-def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
-    """predicted (..., T, 17, 3) times the one factor that brings it closest to truth, per "frame" or per "take"
-    (T frames)."""
-    axes = (-2, -1) if per == "frame" else (-3, -2, -1)
-    valid = np.isfinite(predicted)
-    dot = np.sum(predicted * truth, axis=axes, where=valid, keepdims=True)
-    square = np.sum(predicted**2, axis=axes, where=valid, keepdims=True)
-    return predicted * (dot / np.where(square > 0, square, np.nan))
 
 
 def joint_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -84,20 +42,3 @@ def rigid_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
     a = truth - truth.mean(axis=-2, keepdims=True)
     b = predicted - predicted.mean(axis=-2, keepdims=True)
     return joint_error(rotate(kabsch(a, b), b), a)
-
-
-def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """(..., T) the same with the best scale of every frame too (PA-MPJPE)."""
-    a = truth - truth.mean(axis=-2, keepdims=True)
-    b = predicted - predicted.mean(axis=-2, keepdims=True)
-    return joint_error(scaled(rotate(kabsch(a, b), b), a), a)
-
-
-def sorting(expected: np.ndarray, true: np.ndarray) -> float:
-    """Spearman's rank correlation of expected and true errors (N,), where both are known; NaN where all are alike."""
-    from scipy.stats import spearmanr
-
-    both = np.isfinite(expected) & np.isfinite(true)
-    if not both.any() or np.ptp(expected[both]) == 0:
-        return float("nan")
-    return float(spearmanr(expected[both], true[both])[0])  # type: ignore[arg-type]

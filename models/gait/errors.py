@@ -25,7 +25,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..common.metrics import SD_90
+from ...pipeline.core.measures import SD_90
 from .events import Step
 
 ERROR_FILE = Path(__file__).with_name("gait_error.json")

@@ -141,6 +141,6 @@ def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
     if reach < TREMBLE or (np.hypot(*path[-1]) < _DRIFT * way and reach < 10 * TREMBLE):
         return Background("hand-held", speed, reach)
     people = np.array([each.person for each in glimpses]) / apart[:, None]
-    seen = np.isfinite(people).all(axis=1)
-    slower = np.hypot(*people[seen].T) < _WITH * np.hypot(*speeds[seen].T)
-    return Background("following" if seen.any() and slower.mean() > _MOST else "panning", speed, reach)
+    in_view = np.isfinite(people).all(axis=1)
+    slower = np.hypot(*people[in_view].T) < _WITH * np.hypot(*speeds[in_view].T)
+    return Background("following" if in_view.any() and slower.mean() > _MOST else "panning", speed, reach)

@@ -176,10 +176,10 @@ def _place(poses: PoseSequence) -> RootPath | None:
     if frame.origin not in ("camera", "world"):
         return None
     place = poses.joint("pelvis").astype(np.float64)
-    seen = place[np.isfinite(place).all(axis=1)]
-    if len(seen) == 0 or np.ptp(seen, axis=0).max() == 0:
+    visible = place[np.isfinite(place).all(axis=1)]
+    if len(visible) == 0 or np.ptp(visible, axis=0).max() == 0:
         return None
     if frame.origin == "camera":
-        ahead = np.median(seen @ frame.basis[:, 2]) * METRES.get(frame.unit, 0.0)
+        ahead = np.median(visible @ frame.basis[:, 2]) * METRES.get(frame.unit, 0.0)
         return RootPath(place) if ahead > _NEAREST_M else None
     return RootPath(place)

@@ -286,11 +286,11 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
             )
         rows = source.indices(parts)
         # A mean of one costs as much as one of many, a thousand people in a file a second.
-        one = len(rows) == 1
-        columns.append(poses.joints[:, rows[0]] if one else poses.joints[:, rows].mean(axis=1))
-        confidences.append(poses.confidence[:, rows[0]] if one else poses.confidence[:, rows].min(axis=1))
+        alone = len(rows) == 1
+        columns.append(poses.joints[:, rows[0]] if alone else poses.joints[:, rows].mean(axis=1))
+        confidences.append(poses.confidence[:, rows[0]] if alone else poses.confidence[:, rows].min(axis=1))
         if parts != (joint,) and (joint, parts) not in _ALIASES:
-            derived[joint] = parts[0] if one else f"mean({', '.join(parts)})"
+            derived[joint] = parts[0] if alone else f"mean({', '.join(parts)})"
     return poses.with_(
         joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to
     ).deriving("remap", derived, source=source.name, to=to.name)

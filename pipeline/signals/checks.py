@@ -224,8 +224,8 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
     that is turned by 90 or 180 degrees say the same as those of an upright one. None elsewhere, and where the source
     knows its own up or the user has told most of it. Suspicious unless the pelvis is known to stay where it is, as that
     of a person who lies does."""
-    told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
-    if not rectified.level_ok or rectified.in_world or told > 0.5:
+    by_user = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
+    if not rectified.level_ok or rectified.in_world or by_user > 0.5:
         return None
     return _off_up(rectified.level, "nobody-upright")
 
@@ -233,8 +233,8 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
 def on_its_side(poses: PoseSequence) -> list[Notice]:
     """The same of a world's own up, which may be another axis than the one that was told: a walker moved along it, or
     kicked. poses: H36M17; joints alone do not tell a person who lies, but one whose pelvis travels hardly lies."""
-    found = _off_up(poses, "on-its-side") if poses.frame.family == "world" else None
-    return [found] if found else []
+    doubt = _off_up(poses, "on-its-side") if poses.frame.family == "world" else None
+    return [doubt] if doubt else []
 
 
 def _off_up(poses: PoseSequence, code: str) -> Notice | None:

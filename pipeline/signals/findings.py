@@ -62,7 +62,7 @@ def row_findings(source: PoseSequence) -> list[Notice]:
 
     source: as the adapter gives it, 2D or 3D.
     """
-    found = []
+    notices = []
     # Of every second frame none is missing between.
     stride = int(np.gcd.reduce(np.diff(source.frame_index))) or 1
     span = int(source.frame_index[-1] - source.frame_index[0]) // stride + 1
@@ -79,14 +79,14 @@ def row_findings(source: PoseSequence) -> list[Notice]:
             f"{empty} with all joints at one point" * bool(empty),
         )
         how, weight = ", ".join(filter(None, ways)), weighed(lost / span, _LOST)
-        found.append(notice("gaps", weight=weight, lost=lost, frames=span, how=how, **counts))
+        notices.append(notice("gaps", weight=weight, lost=lost, frames=span, how=how, **counts))
     if not source.frames_known:
-        found.append(notice("frames-not-numbered"))
+        notices.append(notice("frames-not-numbered"))
     if source.time_s is None:
-        found.append(notice("rate-not-stated"))
+        notices.append(notice("rate-not-stated"))
     if not source.made_by.in_run:  # of what this run has made, that which it was made from is looked at
-        found += alterations(source)
-    return [*found, *source.notices]
+        notices += alterations(source)
+    return [*notices, *source.notices]
 
 
 def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]:
@@ -179,11 +179,11 @@ def averaged_s(poses: PoseSequence) -> float:
         longer = np.log(length)
     windows_s = []
     for turns, longer_then in zip((rate**2).T, longer.T, strict=True):
-        known = np.isfinite(turns) & np.isfinite(longer_then)
-        if known.sum() < _ENOUGH:
+        comparable = np.isfinite(turns) & np.isfinite(longer_then)
+        if comparable.sum() < _ENOUGH:
             continue
-        known[known] = turns[known] <= np.percentile(turns[known], 98)
-        covariance = np.cov(turns[known], longer_then[known])
+        comparable[comparable] = turns[comparable] <= np.percentile(turns[comparable], 98)
+        covariance = np.cov(turns[comparable], longer_then[comparable])
         square = -24 * covariance[0, 1] / max(covariance[0, 0], 1e-12)
         windows_s.append(np.sqrt(max(square, 0.0)) * min(covariance[0, 0] ** 0.25, 1.0))
     return float(np.percentile(windows_s, 25)) if windows_s else 0.0

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...models.common.metrics import SD_90
 from ...pipeline.core.camera import pitch_roll_deg
+from ...pipeline.core.measures import SD_90
 from ...pipeline.core.messages import bound_in_words
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence, Rectified

@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...models.angle_error.repeatability import Between, difference_sd, judged, range_sd
-from ...models.common.metrics import SD_90
 from ...models.common.motion import Motion
-from ...pipeline.core.measures import Measure, Moments, Remark, withheld
+from ...pipeline.core.measures import SD_90, Measure, Moments, Remark, withheld
 from ...pipeline.signals.angles import of_both
 
 _FEWEST = 3  # values for a standard error by their spread

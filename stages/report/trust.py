@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 from markupsafe import Markup
 
-from ...models.common.metrics import SD_90
 from ...models.common.residuals import limb_scores
 from ...pipeline.core.figures import label_of
+from ...pipeline.core.measures import SD_90
 from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.notices import Notice, grave
 from ...pipeline.core.pose import PoseSequence

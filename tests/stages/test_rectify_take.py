@@ -11,12 +11,12 @@ from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
-from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Background, Look
 from pcnet3d.pipeline.core.camera import Camera as View
 from pcnet3d.pipeline.core.frames import GL_CAMERA, IMAGE
+from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg

@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.measures import SD_90
 from ....pipeline.files.atomic import write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
-from ...common.metrics import SD_90, plain
+from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from . import judge
 from .figures import figures

@@ -19,11 +19,12 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import SD_90, Measures
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
-from ...common.metrics import Figure, relative
+from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
 from ...gait.events import Stance, Step, contact_times
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
 from ...gait.of_take import SIDES
+from ..common.metrics import Figure
 from ..mocap.contact import true_contact
 from .judge import Case
 from .people import mean

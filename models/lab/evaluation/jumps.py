@@ -18,11 +18,11 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import SD_90
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.take import Take
 from ....pipeline.reading.mocap import Clip
-from ...common.metrics import SD_90
 from ...place.flights import GRAVITY, Flight, flights
 from .judge import Case
 from .runs import Configuration, EvaluationSet, Question, finished

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...common.metrics import Figure
+from ..common.metrics import Figure
 
 _DRAWS = 10_000
 _SEED = 0  # of the bootstrap

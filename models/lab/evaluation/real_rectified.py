@@ -15,7 +15,8 @@ from ....pipeline.core.frames import CAMERA, IMAGE
 from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, Layout, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
-from ...common.metrics import Figure, relative
+from ...common.metrics import relative
+from ..common.metrics import Figure
 from ..mocap.clips import data_folder
 from .runs import Question
 from .takes import Answer, answers, named

@@ -13,7 +13,8 @@ import numpy as np
 
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import angle_deg, kabsch, rotate
-from ...common.metrics import joint_error, relative, scaled
+from ...common.metrics import joint_error, relative
+from ..common.metrics import scaled
 from .people import mean
 from .real_data import BALANCING, STANDING
 from .runs import Configuration, Finished, Question, finished

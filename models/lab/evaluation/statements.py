@@ -12,6 +12,7 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import pitch_roll_deg
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import SD_90
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose, unit
 from ....pipeline.core.take import Take
@@ -22,8 +23,8 @@ from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import features, posture
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import TakeJoints, angle_series, smoothed, take_angles
-from ...common.metrics import SD_90, person_size, scaled
 from ...common.spread import stated_spread
+from ..common.metrics import person_size, scaled
 from .judge import Stated, joined
 from .runs import Finished
 from .testbed import SeenTake, accelerations, filtered

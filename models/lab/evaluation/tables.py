@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...common.metrics import Figure
+from ..common.metrics import Figure
 
 Row = tuple[tuple[str, ...], dict[str, Any]]
 

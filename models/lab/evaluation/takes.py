@@ -21,9 +21,10 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg, from_columns, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.signals.filters import CUTOFF_HZ
-from ...common.metrics import Figure, joint_error
+from ...common.metrics import joint_error
 from ...common.spread import stated_spread
 from ...gravity import Levelled, Seen, level_static, why_not
+from ..common.metrics import Figure
 from ..mocap.clips import subject_of
 from .people import OfTake, figures, mean
 from .runs import Question

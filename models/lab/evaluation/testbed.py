@@ -33,12 +33,13 @@ from ....pipeline.reading.mocap import Clip
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.signals.filters import CUTOFF_HZ, derivative, lowpass
 from ...common.canonical import R_world_from_body
-from ...common.metrics import relative, scaled
+from ...common.metrics import relative
 from ...common.spread import stated_spread
 from ...gravity.lines import tangent
 from ...lifter.builtin import OwnLifter, network
 from ...lifter.features import body_rays
 from ...lifter.load import load_lifter
+from ..common.metrics import scaled
 from ..mocap.clips import Subjects, lying, read_clips
 from ..synthetic.bodies import BodyRange, vary
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place

@@ -16,7 +16,8 @@ from ....pipeline.core.notices import verdict
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.reading.mocap import Clip
-from ...common.metrics import person_size, rigid_error
+from ...common.metrics import rigid_error
+from ..common.metrics import person_size
 from .lifter import motion_classes
 from .runs import Configuration, Question, finished
 from .testbed import SeenTake

@@ -24,7 +24,7 @@ import torch
 from torch import Tensor
 
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
-from ....pipeline.core.measures import Measure
+from ....pipeline.core.measures import SD_90, Measure
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import write_text
@@ -41,7 +41,6 @@ from ...angle_error.repeatability import (
     same_part,
     shipped,
 )
-from ...common.metrics import SD_90
 from ..evaluation import judge
 from ..evaluation.figures import Ranged, ranges, repetitions, true_angles
 from ..evaluation.judge import STRANGERS, Stated

@@ -20,9 +20,8 @@ from ....models.angle_error.repeatability import (
     same_part,
     same_place,
 )
-from ....models.common.metrics import SD_90
 from ....pipeline.core.figures import FIGURES, OF_LENGTH, UNITS, label_of
-from ....pipeline.core.measures import Measure, with_bar, without_error
+from ....pipeline.core.measures import SD_90, Measure, with_bar, without_error
 from ....pipeline.core.messages import how_many
 from ....pipeline.signals.angles import ANGLES
 from .side import Side

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....models.common.metrics import SD_90
+from ....pipeline.core.measures import SD_90
 from ....pipeline.signals.angles import near
 
 FEWEST = 10  # frames

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from markupsafe import Markup
 
-from ....models.common.metrics import SD_90
 from ....pipeline.core.figures import GROUPS, label_of
+from ....pipeline.core.measures import SD_90
 from ....pipeline.core.measures import Curve as Cycle
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of

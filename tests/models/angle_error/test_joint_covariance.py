@@ -5,10 +5,10 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns
 from pcnet3d.models.angle_error.joint_noise import JointNoise
-from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.pose import PoseSequence, Rectified
 from pcnet3d.pipeline.core.rotations import rotate, transpose, unit
 

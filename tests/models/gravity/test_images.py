@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.gravity import Seen, TakeUp, direction
 from pcnet3d.models.gravity.fusion import fused_up
 from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
@@ -13,6 +12,7 @@ from pcnet3d.models.gravity.moving import with_looks
 from pcnet3d.models.gravity.view import ASSUMED_FOCAL_SD, known_camera, moving_camera, static_camera
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.camera import Look
+from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.rotations import angle_deg
 from refusals import refused
 from rooms import no_lines, room, street

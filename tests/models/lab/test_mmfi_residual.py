@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.common.metrics import procrustes_error
+from pcnet3d.models.lab.common.metrics import procrustes_error
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes
 from pcnet3d.pipeline import H36M17
 

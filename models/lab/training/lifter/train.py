@@ -23,10 +23,11 @@ from torch import Tensor
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap import Clip
-from ....common.metrics import joint_error, procrustes_error, scaled
+from ....common.metrics import joint_error
 from ....common.vectors import rotate, transpose, unit
 from ....lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
 from ...common.config import Share, Size
+from ...common.metrics import procrustes_error, scaled
 from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
 from ...mocap.clips import data_set, lying, read_clips, read_parts

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.posture import POSTURES
-from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation import runs as sets
@@ -27,6 +26,7 @@ from pcnet3d.models.lab.evaluation.statements import (
     up,
 )
 from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate

@@ -11,8 +11,8 @@ import pytest
 
 import commands
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio

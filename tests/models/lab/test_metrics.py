@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.models.common.metrics import joint_error, procrustes_error, relative, scaled, sorting
+from pcnet3d.models.common.metrics import joint_error, relative
+from pcnet3d.models.lab.common.metrics import procrustes_error, scaled, sorting
 from pcnet3d.pipeline import rotate
 
 

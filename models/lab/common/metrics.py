@@ -1,0 +1,70 @@
+"""Errors of many frames and takes in a few figures, and those that scale or turn what is judged onto the truth; all
+joints (..., T, 17, 3) relative to the pelvis, in the same axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import kabsch, rotate
+from ...common.metrics import joint_error, relative
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Percentiles and mean over frames, or over takes (of each take's mean)."""
+
+    p50: float
+    mean: float
+    p95: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Figure:
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
+
+    def __str__(self) -> str:
+        return format(self, ".1f")
+
+    def __format__(self, digits: str) -> str:
+        """p50 / mean / p95, each with the given format."""
+        return " / ".join(format(value, digits or ".1f") for value in (self.p50, self.mean, self.p95))
+
+
+def person_size(joints: np.ndarray) -> float:
+    """Root mean square distance of joints (T, 17, 3) from the pelvis, which does not count itself, in their unit; NaN
+    without any."""
+    square = (np.delete(relative(joints), H36M17.index("pelvis"), axis=-2) ** 2).sum(axis=-1)
+    square = square[np.isfinite(square)]
+    return float(np.sqrt(square.mean())) if len(square) else float("nan")
+
+
+def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
+    """predicted (..., T, 17, 3) times the one factor that brings it closest to truth, per "frame" or per "take"
+    (T frames)."""
+    axes = (-2, -1) if per == "frame" else (-3, -2, -1)
+    valid = np.isfinite(predicted)
+    dot = np.sum(predicted * truth, axis=axes, where=valid, keepdims=True)
+    square = np.sum(predicted**2, axis=axes, where=valid, keepdims=True)
+    return predicted * (dot / np.where(square > 0, square, np.nan))
+
+
+def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) the same with the best scale of every frame too (PA-MPJPE)."""
+    a = truth - truth.mean(axis=-2, keepdims=True)
+    b = predicted - predicted.mean(axis=-2, keepdims=True)
+    return joint_error(scaled(rotate(kabsch(a, b), b), a), a)
+
+
+def sorting(expected: np.ndarray, true: np.ndarray) -> float:
+    """Spearman's rank correlation of expected and true errors (N,), where both are known; NaN where all are alike."""
+    from scipy.stats import spearmanr
+
+    both = np.isfinite(expected) & np.isfinite(true)
+    if not both.any() or np.ptp(expected[both]) == 0:
+        return float("nan")
+    return float(spearmanr(expected[both], true[both])[0])  # type: ignore[arg-type]
