@@ -39,9 +39,9 @@ _ROUNDS = 5  # of weighing joints
 class Airborne:
     """A take's flights, in order. observable: (T,) in which frames the body and its place are known well enough for
     one; None where flights are not looked for at all. cut: whether an end of the take or a gap cuts one. lifted: that
-    they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known. still:
-    that the camera is known to stand still. ankle: (T,) statures, how high the lower ankle is in each frame by itself;
-    None where that is not known."""
+    they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
+    shake: statures, by how much a camera that shakes moves the person in the image; NaN where it may go elsewhere.
+    ankle: (T,) statures, how high the lower ankle is in each frame by itself; None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
     observable: np.ndarray | None = None

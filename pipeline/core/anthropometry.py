@@ -50,7 +50,7 @@ LIMBS = {
 def implied_stature(joints: np.ndarray) -> float:
     """Stature, in the joints' unit, of a person with limbs like these: median lengths over the table's fractions.
 
-    joints: (T, 17, 3), H36M17. NaN when no limb bone is ever complete.
+    joints: (T, J, 3), H36M17 and maybe more behind. NaN when no limb bone is ever complete.
     """
     measured, fractions = 0.0, 0.0
     for (start, end), fraction in LIMBS.items():

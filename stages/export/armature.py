@@ -17,7 +17,7 @@ import numpy as np
 from ...pipeline.core.anthropometry import ANKLE_HEIGHT, implied_stature
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import Frame
-from ...pipeline.core.layouts import FEET, H36M17
+from ...pipeline.core.layouts import FEET
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
@@ -148,7 +148,7 @@ def armature(take: Take, called: BoneNames = "joints") -> Armature:
     place = np.zeros((len(even.joints), 3))
     if even.root is not None:
         place = over_the_floor(take, even.root, ANIMATION)
-    stature = implied_stature(even.joints[:, : len(H36M17)])
+    stature = implied_stature(even.joints)
     floor = (_soles(at, stature) + place[:, 1])[kept]
     height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0
     place_known = is_finite(place[kept])
