@@ -44,7 +44,7 @@ def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, with
         for each in take.notices:
             if each.code in _FIRST:
                 print(f"{who}{each.text}")
-        print(f"{who}{seen(take)}")
+        print(f"{who}{first_line(take)}")
         print(f"{who}{trusted[:1].upper()}{trusted[1:]}.")
         worst = max(worst, code)
     more = _say(takes)
@@ -102,7 +102,7 @@ def trust(take: Take) -> tuple[int, str]:
     """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
     neither. Its poses are judged as by `pcnet3d inspect`."""
     judged = take.judged
-    code, parts = EXIT_CODES[verdict(judged)], [] if take.findings is None else [verdict_words(judged)]
+    code, parts = EXIT_CODES[verdict(judged)], [] if take.verdict is None else [verdict_words(judged)]
     if parts and not grave(judged) and take.error_unknown:
         parts = ["no fault was found in the poses, but how far they are off cannot be judged"]
     if take.rectified is not None:
@@ -121,7 +121,7 @@ def trust(take: Take) -> tuple[int, str]:
     return code, "; ".join(parts)
 
 
-def seen(take: Take) -> str:
+def first_line(take: Take) -> str:
     """What a take shows, in a line: how long it is, how much of the video and of whom, and what moved
     (pipeline/core/answer.py)."""
     rows = take.rows

@@ -15,7 +15,7 @@ from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.files.viewer import view_page
-from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, trust
+from pcnet3d.pipeline.running.conclusion import conclude, first_line, point_to, trust
 from pcnet3d.stages import rectify
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import summary
@@ -128,7 +128,7 @@ def test_what_moved_is_said_as_the_report_says_it(take):
     measured = take.with_(
         measures=rows_of({"walking": {"gait": "walking", "steps": 4, "cadence_spm": 112.0}})
     )
-    words = seen(measured)
+    words = first_line(measured)
     assert words.startswith(f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames. ")
     assert words.endswith(" ".join(answer(measured)))
     assert "4 steps" in words
@@ -179,8 +179,8 @@ def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
     frames = len(take.poses)
     whole = Video(Path("film.mp4"), 320, 240, np.arange(2 * frames) / 30, "h264")
     part = take.with_(video=whole).saying(notice("lost-and-found", person="0", again="2", frames=frames))
-    assert f"{frames} of the video's {2 * frames} frames (50 %), of person 0. " in f"{seen(part)} "
-    assert "video" not in seen(take.with_(video=replace(whole, part=(0, frames - 1))))
+    assert f"{frames} of the video's {2 * frames} frames (50 %), of person 0. " in f"{first_line(part)} "
+    assert "video" not in first_line(take.with_(video=replace(whole, part=(0, frames - 1))))
 
 
 @pytest.mark.parametrize(
