@@ -1,4 +1,4 @@
-"""Doubts about keypoints whose joints may be exchanged, or image stretched, by the built-in lifter."""
+"""Doubts about keypoints whose joints may be exchanged, or whose image was stretched, by the built-in lifter."""
 
 from itertools import chain, repeat
 
@@ -38,7 +38,7 @@ def test_exchanged_joints_are_told(parts):
 
 def test_an_image_made_wider_is_told():
     width, height = SIZE
-    asked = ToLift(keypoints(PIXELS * [4 / 3, 1]), (round(4 / 3 * width), height))
+    asked = ToLift(keypoints(PIXELS * [16 / 9, 1]), (round(16 / 9 * width), height))
     assert [each.code for each in otherwise_better(asked, lifted(asked).poses)] == ["image-stretched"]
 
 
