@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from ...pipeline.core.measures import Measures
 from ...pipeline.core.take import Take
@@ -22,12 +25,11 @@ class Event:
     at_s: float | None = None
 
 
-def events(take: Take, most: int) -> list[Event]:
-    """Moments of what the measures recognised, at most so many, of every movement in turn, in order of time."""
-    *kinds, landings = _moments(take)
+def chosen_events(moments: Sequence[list[Event]], times: np.ndarray, most: int) -> list[Event]:
+    """At most so many of `moments_of` a take, of every movement in turn, in order of time. times: (T,) of its poses."""
+    *kinds, landings = ([*kind] for kind in moments)
     kinds.append(landings[:_LANDINGS])
     chosen: dict[int, Event] = {}
-    times = take.need("poses").times
     while any(kinds) and len(chosen) < most:
         for kind in kinds:
             if kind and len(chosen) < most:
@@ -37,15 +39,16 @@ def events(take: Take, most: int) -> list[Event]:
     return [chosen[row] for row in sorted(chosen)]
 
 
-def event_beside(take: Take, row: int) -> Event:
-    """The event of this row or of one beside it, and of no words where there is none."""
-    beside = [event for kind in _moments(take) for event in kind if abs(event.row - row) <= 1]
+def event_beside(moments: Sequence[list[Event]], row: int) -> Event:
+    """Of `moments_of` a take that of this row or of one beside it, and one of no words where there is none."""
+    beside = [event for kind in moments for event in kind if abs(event.row - row) <= 1]
     return min(beside, key=lambda event: abs(event.row - row), default=Event(row, ""))
 
 
-def _moments(take: Take) -> list[list[Event]]:
-    """Those of each movement, the first to be shown first: of repetitions the highest, as a page may have room for one;
-    of landings those from the middle of the steps on, right and left in turn."""
+def moments_of(take: Take) -> list[list[Event]]:
+    """Moments of each movement that the measures recognised, the first to be shown first: of repetitions the highest,
+    as a page may have room for one; of landings, which come last, those from the middle of the steps on, right and left
+    in turn."""
     measures = take.figures
     jumps, arms = measures.group("jumps"), measures.group("arm_raises")
     flights = zip(jumps.times("start"), jumps.repetitions("flight_time"), strict=False)

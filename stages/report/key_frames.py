@@ -20,7 +20,7 @@ from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
-from .events import Event, event_beside, events
+from .events import Event, chosen_events, event_beside, moments_of
 
 FRAMES = 6
 _WORST = 100  # doubts: any other frame is shown before one with limbs that may be exchanged
@@ -38,12 +38,13 @@ def key_figures(take: Take) -> list[Markup]:
     rectification. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
-    shown = {event.row: event for event in events(take, FRAMES)}
-    rows = key_rows(body.without_feet.joints, FRAMES, _doubts(take))
-    others = [row for row in rows if _apart(body.times, row, shown)]
-    for row in others[: FRAMES - len(shown)]:
-        event = event_beside(take, row)
-        shown.setdefault(event.row, event)
+    joints, moments, doubts = body.without_feet.joints, moments_of(take), _doubts(take)
+    shown = {event.row: event for event in chosen_events(moments, body.times, FRAMES)}
+    # Rows of twelve parts of the take too, where one of six shows an event that is shown already.
+    for row in (row for parts in (FRAMES, 2 * FRAMES) for row in key_rows(joints, parts, doubts)):
+        event = event_beside(moments, row)
+        if len(shown) < FRAMES and _apart(body.times, event.row, shown):
+            shown[event.row] = event
     images: dict[int, np.ndarray] = {}
     if take.told.images and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in shown])

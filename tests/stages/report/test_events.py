@@ -3,7 +3,11 @@
 from dataclasses import replace
 
 from pcnet3d.pipeline.core.measures import Measure, Measures, Moments
-from pcnet3d.stages.report.events import Event, event_beside, events
+from pcnet3d.stages.report.events import Event, chosen_events, event_beside, moments_of
+
+
+def events(take, most: int) -> list[Event]:
+    return chosen_events(moments_of(take), take.need("poses").times, most)
 
 
 def test_a_flight_belongs_to_the_jump_of_its_number(walk_take):
@@ -47,5 +51,6 @@ def test_every_frame_at_a_landing_is_called_one_with_the_time_that_was_measured(
     assert [event.row for event in events(take, most=6)] == [30, 40]
     for row, moment_s in zip(rows, at_s, strict=True):
         for beside in (row - 1, row, row + 1):
-            assert (event_beside(take, beside).row, event_beside(take, beside).at_s) == (row, moment_s)
-    assert event_beside(take, 25) == Event(25, "")
+            event = event_beside(moments_of(take), beside)
+            assert (event.row, event.at_s) == (row, moment_s)
+    assert event_beside(moments_of(take), 25) == Event(25, "")

@@ -22,7 +22,7 @@ from pcnet3d.stages.drawing.page import answer, page
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
-from pcnet3d.stages.report.events import events
+from pcnet3d.stages.report.events import chosen_events, moments_of
 from pcnet3d.stages.report.stage import Report, report
 from refusals import refused
 
@@ -256,7 +256,11 @@ def test_a_knee_bend_is_drawn_with_the_angle_that_is_counted(walk_take):
     """A boxer's knee bend "to 57 degrees" had 85 written on its picture: that of the other knee."""
     take = Measures()(walk_take)
     peaks = [f"knees bent {peak.value:.0f}°" for peak in take.figures.group("knee_bends").repetitions("peak")]
-    written = [event.words for event in events(take, 6) if event.words.startswith("knees bent")]
+    written = [
+        event.words
+        for event in chosen_events(moments_of(take), take.poses.times, 6)
+        if event.words.startswith("knees bent")
+    ]
     assert written
     assert set(written) <= set(peaks)
 
