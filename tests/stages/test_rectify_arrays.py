@@ -114,7 +114,7 @@ def test_joints_of_another_layout(joints, layout):
     given = np.stack([known.get(joint, known["nose"]) for joint in order.joints], axis=1)
     for named in (layout, order):
         level = rectify(given, "geometric", joints=named, check="off").level
-        assert level.layout == H36M17
+        assert level.layout.joints[: len(H36M17)] == H36M17.joints  # and feet, where it has them
         lengths = np.linalg.norm(level.joint("l_knee") - level.joint("l_hip"), axis=-1)
         np.testing.assert_allclose(
             lengths, np.linalg.norm(known["l_knee"] - known["l_hip"], axis=-1), atol=1e-5
