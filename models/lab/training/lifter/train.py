@@ -27,10 +27,10 @@ from ....common.metrics import joint_error
 from ....common.vectors import rotate, transpose, unit
 from ....lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
 from ...common.config import Share, Size
-from ...common.metrics import procrustes_error, scaled
+from ...common.metrics import scaled
 from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
-from ...mocap.clips import data_set, lying, read_clips, read_parts
+from ...mocap.clips import lying, read_clips, read_parts
 from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ...synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ...synthetic.draw import Draw
@@ -190,11 +190,10 @@ _SEED = 1
 
 
 class Condition(NamedTuple):
-    """What the lifter is told and before what cameras. noise: of the detector, None as usual."""
+    """Before what cameras, whether keypoints and focal length are exact, and whether up is told."""
 
     views: ViewRange
-    noise: Noise | None = None
-    focal_known: bool = False
+    exact: bool = False
     up_known: bool = False
 
 
@@ -202,7 +201,7 @@ CONDITIONS = {
     "wild": Condition(WILD),
     "typical": Condition(TYPICAL),
     "wild_up": Condition(WILD, up_known=True),
-    "exact": Condition(WILD, EXACT_KEYPOINTS, focal_known=True),
+    "exact": Condition(WILD, exact=True),
 }
 SCORED = ("wild", "typical", "wild_up")  # those whose mean chooses
 
@@ -232,9 +231,9 @@ def whole_takes(clips: Sequence[Clip]) -> dict[str, list[Take]]:
 
 
 def _take(clip: Clip, condition: Condition) -> Take:
-    seen = see(clip, _SEED, noise=condition.noise, views=condition.views)
+    seen = see(clip, _SEED, noise=EXACT_KEYPOINTS if condition.exact else None, views=condition.views)
     size = np.asarray(seen.image_size, dtype=float)
-    focal = seen.focal_px if condition.focal_known else ASSUMED_FOCAL * size.max()
+    focal = seen.focal_px if condition.exact else ASSUMED_FOCAL * size.max()
     up = np.tile(seen.up, (len(clip), 1)) if condition.up_known else None
     x, R_camera_from_ray = features(
         seen.keypoints.joints.astype(float), seen.keypoints.confidence, size, np.asarray(focal), up
@@ -247,28 +246,19 @@ def _take(clip: Clip, condition: Condition) -> Take:
 @torch.no_grad()
 def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.device) -> dict[str, float]:
     """MPJPE in mm of a standard body, the scale aligned in every frame, of every condition: means over the frames of a
-    take, over a person's takes, over people; the mean of SCORED as the "score"; PA-MPJPE in wild views; and how large
-    errors are against the stated deviations (root mean square; 1 is right)."""
+    take, over a person's takes, over people; and the mean of SCORED as the "score"."""
     figures: dict[str, float] = {}
     for name, each in takes.items():
-        people = by_person((take.person, _errors(net, take, device)) for take in each if take.upright.any())
-        figures[name], pa, ratio = np.mean([*people.values()], axis=0)
-        if name == "wild":
-            figures |= {"pa": pa, "error_over_sd": ratio**0.5}
-    return {name: float(value) for name, value in figures.items()} | {
-        "score": float(np.mean([figures[name] for name in SCORED]))
-    }
+        people = by_person((take.person, _error_mm(net, take, device)) for take in each if take.upright.any())
+        figures[name] = float(np.mean([*people.values()]))
+    return figures | {"score": float(np.mean([figures[name] for name in SCORED]))}
 
 
-def _errors(net: torch.nn.Module, take: Take, device: torch.device) -> np.ndarray:
-    """(3,) of a take's upright frames: MPJPE and PA-MPJPE in mm, and the mean square of errors over deviations."""
-    joints, sd, _ = (
-        part[0].float().cpu().numpy().astype(np.float64)[take.upright] for part in net(take.x.to(device))
-    )
+def _error_mm(net: torch.nn.Module, take: Take, device: torch.device) -> np.ndarray:
+    """(1,) mean over a take's upright frames."""
+    joints = net(take.x.to(device))[0][0].float().cpu().numpy().astype(np.float64)[take.upright]
     truth = take.joints[take.upright]
-    square = ((joints - truth) / np.concatenate([sd[..., :1], sd[..., :1], sd[..., 1:]], axis=-1))[:, 1:] ** 2
-    mpjpe = 1000 * joint_error(scaled(joints, truth), truth).mean()
-    return np.array([mpjpe, 1000 * procrustes_error(joints, truth).mean(), square.mean()])
+    return np.array([1000 * joint_error(scaled(joints, truth), truth).mean()])
 
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
@@ -320,13 +310,13 @@ def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
     if config.start is not None:
         net = load_weights(net, config.start)
     net = net.to(on)
-    parts = {"train": clips, **{f"val {name}": of for name, of in val.items()}}
+    parts = {"train": clips, "val": val}
     learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, of in parts.items() for c in of)
     state = State(net, net.matrices(), config, learns_from)
     if on.type == "cuda":  # one graph instead of thousands of small operations; on a CPU it gains nothing
         net.hidden = torch.compile(net.hidden, dynamic=False)  # type: ignore[method-assign]
     windows = Windows(clips, config.material, on)
-    takes = whole_takes([clip for part in val.values() for clip in part])
+    takes = whole_takes(val)
 
     def loss_of(step: int) -> Tensor:
         batch = windows.batch(Draw(config.seed, step, on), *_shape(config, step))
@@ -365,12 +355,9 @@ def _shape(config: TrainConfig, step: int) -> tuple[int, int]:
     return max(config.frames // length, 1), length
 
 
-def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Clip, ...]]]:
-    """Those to train on, and those to validate on by where they come from."""
+def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], tuple[Clip, ...]]:
+    """Those to train on, and those to validate on."""
     if config.data is not None and config.split is not None:
         parts = read_parts(config.data, config.split, ("train", "val"))
-        return parts["train"], {"val": parts["val"]}
-    val: dict[str, tuple[Clip, ...]] = {}
-    for clip in read_clips("val"):
-        val[data_set(clip)] = (*val.get(data_set(clip), ()), clip)
-    return read_clips("train"), val
+        return parts["train"], parts["val"]
+    return read_clips("train"), read_clips("val")
