@@ -11,8 +11,9 @@ import numpy as np
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.signals.filters import resample
 from .contact import SIDES, contacts, leg_lengths
-from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
+from .events import Stance, Step, Stride, stances, strides
 from .parameters import belt_drift, lengths
+from .walks import FEWEST, walks
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
 # Seconds of double support, and of the strides, from which a run has walked steps too: 19 of 26 lifted takes of which

@@ -11,7 +11,7 @@ import numpy as np
 from ...models.common.motion import Motion, motion_of
 from ...models.gait.errors import own_covariance
 from ...models.gait.gait import Gait
-from ...models.gait.of_take import Walk, gait_of, walks_of
+from ...models.gait.take_walks import Walk, gait_of, walks_of
 from ...models.place.airborne import Airborne, airborne
 from ...models.place.flights import Flight
 from ...pipeline.core.errors import InputError

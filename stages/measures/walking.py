@@ -32,7 +32,7 @@ from ...models.gait.gait import (
     separation,
     time_values,
 )
-from ...models.gait.of_take import SIDES, Walk
+from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Curves, Measure, Remark, Row, withheld, within
 from ...pipeline.core.messages import how_many

@@ -23,7 +23,7 @@ from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
 from ...gait.events import Stance, Step, contact_times
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
-from ...gait.of_take import SIDES
+from ...gait.take_walks import SIDES
 from ..common.metrics import Figure
 from ..mocap.contact import true_contact
 from .judge import Case

@@ -11,7 +11,7 @@ from pcnet3d.models.common.motion import motion_of
 from pcnet3d.models.gait.events import Step
 from pcnet3d.models.gait.fading import along_sight, faded_steps
 from pcnet3d.models.gait.gait import Gait
-from pcnet3d.models.gait.of_take import gait_of, walks_of
+from pcnet3d.models.gait.take_walks import gait_of, walks_of
 from pcnet3d.pipeline.core.frames import CAMERA, Z_UP
 
 TIMES = np.arange(0, 6, 1 / 30)

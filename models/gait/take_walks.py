@@ -48,7 +48,7 @@ class Walk:
 
 
 def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
-    """The walks of a gait, in order. Who stops stays for more than a stride, as in events.py: where an end of the take
+    """The walks of a gait, in order. Who stops stays for more than a stride, as in walks.py: where an end of the take
     or a gap lies nearer, that was not visible."""
     apart = separation(motion.body, motion.times, motion.seams)[:, 0]
     knees = {side: motion.angle(f"{side}_knee_flexion") for side in SIDES.values()}
