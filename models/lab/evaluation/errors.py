@@ -50,7 +50,7 @@ ABOUT = (
 
 def asked(question: Question) -> dict[str, Configuration]:
     """The configurations that are judged, by name."""
-    own = Configuration(lifter=str(question.lifter))
+    own = question.how()
     return {
         "bodies alone": own,
         "image": replace(own, image=True),

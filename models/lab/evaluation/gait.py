@@ -28,7 +28,7 @@ from ..common.metrics import Figure
 from ..mocap.contact import true_contact
 from .judge import Case
 from .people import mean
-from .runs import Configuration, Finished, Question, finished
+from .runs import Finished, Question, finished
 from .testbed import SeenTake, filtered
 
 SIDES_APART = ", right less left"  # behind the name of a figure
@@ -65,8 +65,7 @@ def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: {"sets": {set: {kind: one_kind's, "false steps": their number}}}."""
     judged: dict[str, dict[str, list[Judged]]] = {}
     for path, known in PATHS.items():
-        how = Configuration(lifter=str(question.lifter), bed=question.bed, focal_known=known)
-        for one in finished(question, how):
+        for one in finished(question, question.how(focal_known=known)):
             of_paths = judged.setdefault(one.label, {name: [] for name in PATHS})
             of_paths[path] += [take for take in [judge(one)] if take is not None]
     results: dict[str, Any] = {**question.heading(), "sets": {}}

@@ -25,7 +25,7 @@ from ....pipeline.core.take import Take
 from ....pipeline.reading.mocap import Clip
 from ...place.flights import GRAVITY, Flight, flights
 from .judge import Case
-from .runs import Configuration, EvaluationSet, Question, finished
+from .runs import EvaluationSet, Question, finished
 from .testbed import SeenTake
 
 _RULE_FPS = 30.0  # that the rule for captured flights is made for
@@ -136,7 +136,7 @@ def tables(question: Question) -> dict[str, Any]:
     seconds}}. InputError where the data is not."""
     results: dict[str, Any] = {**question.heading(), "sets": {}, "refused": 0, "invented": {}}
     for fps in (30.0, 60.0):
-        how = Configuration(image=True, lifter=str(question.lifter), bed=question.bed, fps=fps)
+        how = question.how(image=True, fps=fps)
         of_train = finished(question, how, [_TRAIN], _flies) if question.people == "val" else ()
         by_label: dict[str, list[Compared]] = {}
         for judged in chain(finished(question, how), of_train):

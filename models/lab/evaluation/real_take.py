@@ -17,7 +17,7 @@ from ...common.metrics import joint_error, relative
 from ..common.metrics import scaled
 from .people import mean
 from .real_data import BALANCING, STANDING
-from .runs import Configuration, Finished, Question, finished
+from .runs import Finished, Question, finished
 from .statements import statements
 
 _TAKES = {"balancing": BALANCING, "standing": STANDING}
@@ -39,8 +39,9 @@ def tables(question: Question) -> dict[str, Any]:
     for take, name in _TAKES.items():
         results[take] = {}
         for how, image in _IMAGE.items():
-            configuration = Configuration(image=image, lifter=str(question.lifter), real=name)
-            rows = {one.truth.clip: row(one) for one in finished(question, configuration)}
+            rows = {
+                one.truth.clip: row(one) for one in finished(question, question.how(image=image, real=name))
+            }
             results[take][how] = {**rows, "mean": mean_row([*rows.values()])}
     return results
 

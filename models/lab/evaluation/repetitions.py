@@ -81,7 +81,7 @@ def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
         )
     kinds = {
         "captured": Configuration(lifter="", up_told=True),
-        "lifted": Configuration(image=True, lifter=str(question.lifter), bed=question.bed),
+        "lifted": question.how(image=True),
     }
     results: dict[str, Any] = {**question.heading(), "judged": {}, "wrong": {}}
     for poses, how in kinds.items():

@@ -133,6 +133,10 @@ class Question:
         """The lift of a take of the test bed by the lifter that is judged."""
         return lifted_by(self.lifter, seen.keypoints, seen.image_size, focal_px, up)
 
+    def how(self, **changes: Any) -> Configuration:
+        """A run by the lifter that is judged, before the cameras of `bed`. changes: as Configuration has them."""
+        return Configuration(lifter=str(self.lifter), bed=self.bed, **changes)
+
     def heading(self) -> dict[str, Any]:
         """What reports say first: versions and settings; the seed and the cameras of those that have them."""
         said = {"pcnet3d": package_version(), "lifter": str(self.lifter)}

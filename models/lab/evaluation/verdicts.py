@@ -19,7 +19,7 @@ from ....pipeline.reading.mocap import Clip
 from ...common.metrics import rigid_error
 from ..common.metrics import person_size
 from .lifter import motion_classes
-from .runs import Configuration, Question, finished
+from .runs import Question, finished
 from .testbed import SeenTake
 
 FAR_MM = 100.0
@@ -62,7 +62,7 @@ def tables(question: Question) -> dict[str, Any]:
     "p50", "p90"}."""
     errors: dict[tuple[str, ...], list[float]] = {}
     for number, (keypoints, times) in enumerate(_KEYPOINTS.items()):
-        how = Configuration(image=True, lifter=str(question.lifter), bed=question.bed, unsuspected=times)
+        how = question.how(image=True, unsuspected=times)
         for one in finished(
             question, how, only=lambda clip, number=number: _kind_of_keypoints(clip) == number
         ):
