@@ -50,7 +50,6 @@ def test_what_is_not_run():
         "training: needs the project's own data",
         "training: needs the project's own data, a lifter, and ten minutes",
         "training: needs the project's own data, and a lifter",
-        "training: needs the project's own data, and an hour or two",
         "training: needs the project's own data, and hours",
         "up: needs a video and a network's time",
         "up: needs a video of a built place",
