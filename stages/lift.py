@@ -13,7 +13,7 @@ from ..models import load_lifter, load_rectifier
 from ..models.detector.leaps import exchanges
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.lifter.builtin import KIND
-from ..models.lifter.input import seen_only
+from ..models.lifter.keypoints import visible_only
 from ..models.lifter.otherwise import otherwise_better
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import undistorted
@@ -94,7 +94,7 @@ class Lift:
         size = image_size(take)
         keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:
-            visible = seen_only(keypoints, size)
+            visible = visible_only(keypoints, size)
             if size is not None and not is_finite(visible.joints).any():
                 check_size(keypoints, size)
             keypoints, strays = _without_strays(visible, keypoints)
@@ -169,7 +169,7 @@ def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> l
     time_s = keypoints.time_s
     if time_s is None or any(each.code.startswith("leap-") for each in keypoints.notices):
         return []
-    keypoints, _ = _without_strays(seen_only(keypoints, image_size), keypoints)
+    keypoints, _ = _without_strays(visible_only(keypoints, image_size), keypoints)
     return [
         notice(
             "leap-between-people",

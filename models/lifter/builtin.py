@@ -25,7 +25,7 @@ from ..common.onnx import open_onnx
 from . import SHIPPED
 from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features, flipped
-from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
+from .keypoints import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
 CHUNK = 1024  # frames answered at a time

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.core.rotations import is_finite
-from .input import USUAL_HZ
+from .keypoints import USUAL_HZ
 
 _FASTEST_HZ = 60.0
 _LINE_S = 0.3  # a joint that is missing for longer is left to the network

@@ -1,4 +1,4 @@
-"""What the lifter sees of 2D keypoints: image size, place in the image and size of the person taken out.
+"""The built-in network's input, out of 2D keypoints: image size, place in the image and size of the person taken out.
 
 Pixels become rays; each frame is turned so that the ray to the body's centre is the optical axis (the ray frame),
 because a person at the border of the image is seen from another side than one in the middle; then the image

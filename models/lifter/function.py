@@ -14,7 +14,7 @@ from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.reading.given import numbers
 from ..common.function import FunctionError, name_of
-from .input import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
+from .keypoints import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import filled
 
 

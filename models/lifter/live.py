@@ -11,7 +11,7 @@ from ...pipeline.core.rotations import is_finite, rotate
 from .builtin import network, run
 from .clock import clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
-from .input import lacking
+from .keypoints import lacking
 
 _SETTLED = 10  # rows that tell the usual interval; a stream may begin with a burst
 

@@ -14,7 +14,7 @@ from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite, rotate
 from ..common.onnx import OnnxFile
 from .features import ASSUMED_FOCAL, body_centre, ray_rotation
-from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
+from .keypoints import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import KINDS, filled
 from .seams import blended, slid
 

@@ -1,4 +1,4 @@
-"""What is said of a take: notices with codes that programs act on, whose sentences stand in one catalogue."""
+"""What is said of a take: notices with codes that programs act on, whose sentences stand in notice_catalogue.py."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from string import Formatter
 from typing import Any
 
-from .catalogue import CATALOGUE, About, Weight
 from .messages import how_many
+from .notice_catalogue import CATALOGUE, About, Weight
 
 EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}  # of a program that judges poses
 WARNS = ("warning", "suspicious", "unusable")

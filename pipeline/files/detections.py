@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.catalogue import Weight
 from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
 from ..core.messages import how_many
+from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import MadeBy, PoseSequence
 from .arrays import load_all, write_arrays

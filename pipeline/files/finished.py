@@ -10,10 +10,10 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from ..core.camera import Background, Camera, FocalSource, view_rotation
-from ..core.catalogue import About, Weight
 from ..core.errors import InputError
 from ..core.frames import IMAGE, LEVEL, Frame
 from ..core.layouts import Layout, body_of
+from ..core.notice_catalogue import About, Weight
 from ..core.notices import Notice, grave
 from ..core.path import RootPath
 from ..core.pose import MadeBy, PoseSequence, Rectified, Step

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from ..core.anthropometry import trunk_length
-from ..core.catalogue import Weight
 from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
+from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite

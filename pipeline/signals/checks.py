@@ -10,10 +10,10 @@ import numpy as np
 
 from ..core.anthropometry import implied_stature
 from ..core.blocks import blocks
-from ..core.catalogue import Weight
 from ..core.errors import InputError
 from ..core.layouts import H36M17, Layout
 from ..core.messages import how_many
+from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import TOLD_UP, PoseSequence, Rectified
 from ..core.rotations import angle_deg, is_finite, unit

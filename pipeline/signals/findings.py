@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..core.anthropometry import LIMBS, STATURES_M, implied_stature
-from ..core.catalogue import Weight
 from ..core.layouts import H36M17
+from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from .altered import alterations, plainly, weighed

@@ -1,4 +1,4 @@
-"""The colours of sides, everywhere the same: orange is the person's right, blue the left, grey what has no side.
+"""The colours of pages, images and recordings. Orange is the person's right, blue the left, grey what has no side.
 
 Near the vermilion and blue of Okabe and Ito's palette ("Color Universal Design", 2008), told apart by every common
 kind of colour vision, in shades that stand out on white paper as well as in the viewer's dark window.

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from commands import APART, pcnet3d, recipe_of, refused, succeeded
-from pcnet3d.pipeline.core.catalogue import CATALOGUE
 from pcnet3d.pipeline.core.figures import FIGURES
+from pcnet3d.pipeline.core.notice_catalogue import CATALOGUE
 from pcnet3d.pipeline.core.refusals import REFUSALS
 
 FILES = [

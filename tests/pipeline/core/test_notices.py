@@ -9,7 +9,7 @@ from string import Formatter
 import pytest
 
 from pcnet3d.pipeline.cli import load_command
-from pcnet3d.pipeline.core.catalogue import CATALOGUE
+from pcnet3d.pipeline.core.notice_catalogue import CATALOGUE
 from pcnet3d.pipeline.core.notices import Notice, notice, own_notice, verdict, without_doubles
 from pcnet3d.pipeline.core.take import Take
 from pcnet3d.pipeline.plugins import registry

@@ -1,4 +1,5 @@
-"""What every lifter asks of 2D keypoints before it looks at them, and how it treats frames without any."""
+"""2D keypoints before any lifter gets them: checked, on an even grid of frames, and without guesses of what nobody
+saw."""
 
 from __future__ import annotations
 
@@ -138,9 +139,9 @@ def _jumps(joints: np.ndarray, rate: float | None) -> int:
     return int((moved > farthest * np.maximum(side[usable + 1], side[usable])).sum())
 
 
-def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
-    """The keypoints in H36M17 without those that `unseen` names: missing, with a confidence of 0. A lifter that knows
-    what is missing does better without a detector's guesses at the border of the image."""
+def visible_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
+    """The keypoints in H36M17 without those that `unseen` names: these are missing, with a confidence of 0. A lifter
+    that knows what is missing does better without a detector's guesses at the border of the image."""
     points = remap(keypoints, H36M17)
     hidden, _ = unseen(keypoints, image_size, points.frame_index, points.times)
     return points.without(hidden)
