@@ -41,9 +41,9 @@ def world(up: Up, unit: str) -> Frame:
 Maker = Literal["measured", "estimated"]
 
 
-def maker(told: Maker | None, says: MadeBy = UNSAID) -> MadeBy:
+def maker(kind: Maker | None, says: MadeBy = UNSAID) -> MadeBy:
     """Who made the poses of a file: as the user tells, else as the file says."""
-    return says if told is None else MadeBy(told, says.by if told == says.kind else "")
+    return says if kind is None else MadeBy(kind, says.by if kind == says.kind else "")
 
 
 def people_of(
@@ -143,23 +143,17 @@ def check_upright(poses: PoseSequence, where: str) -> None:
 def standing_frame(points: np.ndarray, layout: Layout, up: str | None, unit: str | None, where: str) -> Frame:
     """The axes and the unit in which points (T, J, 3) are a person who stands, unless they are told: up as "z", "y" or
     "camera". InputError where neither tells."""
-    axes = _STANDS[_axis(points, layout, up, where)][0]
+    if up not in (None, *_STANDS):
+        raise InputError("bad-value", f"Expected up of {', '.join(_STANDS)}, got '{up}'.")
+    if up is None:
+        stands = upright(points, layout)
+        fits = [key for key, (_, axis, sign) in _STANDS.items() if (sign * stands[:, axis] > _STANDING).all()]
+        if not fits:
+            raise InputError(
+                "wrong-axes",
+                f"{where}: expected a person who stands along +z, +y or, in a camera's axes, -y, got one who does not; "
+                "give the vertical axis with up=z, up=y or up=camera (-O up=z), or level the file's axes first.",
+            )
+        up = fits[0]
     with naming(where):
-        return axes.with_(unit=unit or unit_by_legs(leg_length(points, layout), _UNITS))
-
-
-def _axis(points: np.ndarray, layout: Layout, told: str | None, where: str) -> str:
-    """The key of _STANDS by what was told, or by the body."""
-    if told is not None:
-        if told not in _STANDS:
-            raise InputError("bad-value", f"Expected up of {', '.join(_STANDS)}, got '{told}'.")
-        return told
-    stands = upright(points, layout)
-    fits = [key for key, (_, axis, sign) in _STANDS.items() if (sign * stands[:, axis] > _STANDING).all()]
-    if not fits:
-        raise InputError(
-            "wrong-axes",
-            f"{where}: expected a person who stands along +z, +y or, in a camera's axes, -y, got one who does not; "
-            "give the vertical axis with up=z, up=y or up=camera (-O up=z), or level the file's axes first.",
-        )
-    return fits[0]
+        return _STANDS[up][0].with_(unit=unit or unit_by_legs(leg_length(points, layout), _UNITS))
