@@ -33,17 +33,16 @@ class _Kind(NamedTuple):
     reversed: float
 
 
-# 60 lifted walks of validation people, slow ones among them, have 0.37 to 0.63 s, and 30 runs 0.23 to 0.37; a leg that
-# hangs and falls takes 0.7 to 0.8. Who walks backwards takes shorter steps than forwards (Thorstensson, Acta Physiol
-# Scand 127(2), 1986): 0.61 to 0.75 in these takes, and 0.60 to 0.76 of runners.
-_WALK, _RUN = _Kind(0.30, 0.43, 0.66, 0.78), _Kind(0.19, 0.28, 0.48, 0.85)
-_BETWEEN = _Kind(_RUN.least, _RUN.usual, np.inf, np.inf)  # such as a skip
-# A stance is so many times as long as a swing: 1.39 and more in these walks, 1.14 and less in even runs. A foot is
-# higher in a swing of a walk than in a stance by less than so many lengths of a leg, in a skip by more; and in a run it
-# goes farther than those of somebody who sways.
-_WALKS, _LIFT, _RUNS, _FAR = 1.35, 0.15, 1.2, 0.8
+# 60 lifted walks of validation people, slow ones among them, have 0.37 to 0.63 s; a leg that hangs and falls takes 0.7
+# to 0.8, and a jog of test people 0.30. Who walks backwards takes shorter steps than forwards (Thorstensson, Acta
+# Physiol Scand 127(2), 1986): 0.61 to 0.75 in these takes. Runs have 0.23 s and more, and may run backwards.
+_WALK, _OTHER = _Kind(0.28, 0.43, 0.66, 0.78), _Kind(0.19, 0.28, np.inf, np.inf)
+# A stance is so many times as long as a swing: 1.39 and more in these walks. A foot is higher in a swing of a walk than
+# in a stance by less than so many lengths of a leg, in a skip by more.
+_WALKS, _LIFT = 1.35, 0.15
 _REACH = (0.55, 1.25)  # lengths of a leg: 0.6 to 1.17 in these takes, 1.5 on ladders
 _STEP = 0.3  # the same, that a foot goes there and back at least
+_UPRIGHT = 0.7  # cosine of the trunk
 _EVEN = 1.35  # third over first quartile of these times
 _FEWEST = 2  # swings, and stances, of both legs
 # Lengths of a leg, that a foot of somebody who walks backwards goes: 0.61 to 0.67, less than forwards, as is known
@@ -86,10 +85,10 @@ class _Gait:
 
     @property
     def _kind(self) -> _Kind:
-        ratio = self.stance_s / self.swing_s
         # Feet that run backwards are longer on the ground.
-        walks = ratio > _WALKS and self.lift < _LIFT and not (self.backwards and self.swing_s < _WALK.least)
-        return _WALK if walks else _RUN if ratio < _RUNS and self.reach > _FAR else _BETWEEN
+        runs = self.backwards and self.swing_s < _WALK.least
+        walks = self.stance_s > _WALKS * self.swing_s and self.lift < _LIFT and not runs
+        return _WALK if walks else _OTHER
 
     @property
     def reversed(self) -> bool:
@@ -103,8 +102,12 @@ class _Gait:
 
 
 def _gait(level: PoseSequence) -> _Gait | None:
-    """None where legs do not swing evenly."""
+    """None where legs do not swing evenly beneath an upright trunk."""
     if len(level) < 2 or level.time_s is None:
+        return None
+    upright = unit((level.joint("thorax") - level.joint("pelvis")).astype(np.float64))[:, 2]
+    upright = upright[np.isfinite(upright)]
+    if not (len(upright) and np.median(upright) > _UPRIGHT):
         return None
     ways: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}  # to the front, or not
     hips, pelvis = level.joint("l_hip") - level.joint("r_hip"), level.joint("pelvis")
