@@ -66,6 +66,7 @@ def mmfi(
     output.mkdir(parents=True, exist_ok=True)
     write_mocap(output / "clips.npz", clips)
     rows: dict[str, dict[str, Any]] = {}
+    print(f"{len(splits)} trainings, each of which says after two steps how long it takes")
     for name, split in splits.items():
         listed = output / f"{name}.json"
         write_json(listed, split)

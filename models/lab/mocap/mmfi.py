@@ -18,6 +18,7 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA, Z_UP
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate
 from ....pipeline.files.arrays import load
@@ -34,6 +35,8 @@ PROTOCOLS = {"S2": set(SUBJECTS[4::5]), "S3": set(SUBJECTS[30:])}
 _ACTIONS = tuple(f"A{i:02d}" for i in range(1, 28))
 _LEG_M = (0.5, 1.15)
 _PC_FROM_CAMERA = PC_CAMERA.basis @ CAMERA.basis.T
+# Raising and waving the left hand, and the right one (the toolbox's README).
+_ONE_HAND = {"A13": "l", "A17": "l", "A14": "r", "A18": "r"}
 
 
 def read(path: Path) -> Clip:
@@ -55,14 +58,17 @@ def read(path: Path) -> Clip:
 
 def check(clips: Sequence[Clip]) -> None:
     """InputError when the recordings together contradict what is assumed of joints and axes: left and right, by which
-    way knees and nose point, and people who face the sensor."""
+    way knees and nose point and by which hand moves in A13, A14, A17 and A18, and people who face the sensor."""
     joints = np.concatenate([clip.joints for clip in clips])
     sides = chirality(PoseSequence(joints, H36M17, Z_UP))
-    if sides.verdict in ("wrong", "legs against arms"):
+    of_one_hand = [clip for clip in clips if clip.name[-3:] in _ONE_HAND]
+    moves = [_hand_that_moves(clip) == _ONE_HAND[clip.name[-3:]] for clip in of_one_hand]
+    if sides.verdict in ("wrong", "legs against arms") or (moves and np.mean(moves) < 0.5):
         raise InputError(
             "sides-swapped",
             "Expected MM-Fi's joints in Human3.6M's order, right leg first, x right, y down, z away, but left and "
-            f"right contradict that: {sides}.",
+            f"right contradict that: {sides}; the hand that should move does in {sum(moves)} of "
+            f"{how_many(len(moves), 'clip')} of one hand.",
         )
     hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
     facing = float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
@@ -72,6 +78,16 @@ def check(clips: Sequence[Clip]) -> None:
             "Expected people who face MM-Fi's sensor, x right, y down, z away, but only "
             f"{100 * facing:.0f} % of the frames do.",
         )
+
+
+def _hand_that_moves(clip: Clip) -> str:
+    """ "l" or "r", whose wrist goes further about its shoulder."""
+
+    def way(side: str) -> float:
+        arm = clip.joints[:, H36M17.index(f"{side}_wrist")] - clip.joints[:, H36M17.index(f"{side}_shoulder")]
+        return float(np.linalg.norm(arm - arm.mean(axis=0), axis=-1).mean())
+
+    return max("lr", key=way)
 
 
 def _environment(subject: str) -> str:

@@ -31,7 +31,8 @@ LEGS = tuple(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankl
 
 @pytest.fixture
 def mmfi_tree(tmp_path, facing_camera):
-    """Writes a tree as MM-Fi has it: people of several sizes who face the sensor, 3 m away, and bend their knees."""
+    """Writes a tree as MM-Fi has it: people of several sizes who face the sensor, 3 m away, bend their knees and
+    move one hand."""
 
     def make(recordings, count=40, still=False, change=lambda joints: joints):
         rng = np.random.default_rng(0)
@@ -39,6 +40,11 @@ def mmfi_tree(tmp_path, facing_camera):
         for subject, action in [(subject, action) for subject, of in recordings.items() for action in of]:
             joints = np.tile(facing_camera, (count, 1, 1))
             if not still:
+                side = "r" if action in ("A14", "A18") else "l"
+                lifted = 0.24 * np.stack(
+                    [np.zeros(count), np.cos(1 + np.sin(t)), -np.sin(1 + np.sin(t))], axis=-1
+                )
+                joints[:, H36M17.index(f"{side}_wrist")] = joints[:, H36M17.index(f"{side}_elbow")] + lifted
                 joints[:, H36M17.indices(("l_knee", "r_knee")), 2] -= 0.03 * (1 - np.cos(t))[:, None]
                 joints[:, [i for i in range(17) if i not in (2, 3, 5, 6)], 0] += 0.02 * np.sin(t)[:, None]
                 joints *= rng.uniform(0.95, 1.05)

@@ -36,6 +36,7 @@ def test_the_whole_tree_is_read_from_above_too(mmfi_tree):
     [
         (lambda j: j * [-1, 1, 1], "contradict"),  # a mirrored body
         (lambda j: j[:, H36M17.mirror], "contradict"),  # left and right exchanged, coordinates right
+        (lambda j: j[:, H36M17.mirror] * [-1, 1, 1], "in 0 of 4 clips"),  # both: only the hands tell
         (lambda j: j * [-1, 1, -1] + [0, 0, 6], "0 % of the frames do"),  # turned about the vertical
         (lambda j: j * [-1, -1, 1], "head above the feet"),  # a camera upside down
         (lambda j: 1000 * j, "metres"),
