@@ -58,7 +58,7 @@ def write_strides(take: Take, path: Path) -> None:
     tables = stride_tables(take)
     with whole_file(path) as partial:
         first = next(tables)
-        options = csv.WriteOptions(quoting_style="none", quoting_header="none")
+        options = csv.WriteOptions(quoting_style="none")
         # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
         with open(partial, "wb") as file, csv.CSVWriter(file, first.schema, write_options=options) as written:
             for table in chain([first], tables):
