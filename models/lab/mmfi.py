@@ -17,7 +17,6 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.extras import needed_for
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.atomic import write_json, write_text
-from ...pipeline.reading.mocap import Clip
 from ...pipeline.running.recipe import load_toml
 from ..common.metrics import plain
 from ..rectifier.geometric import Geometric
@@ -25,6 +24,7 @@ from .common.config import checked
 from .evaluation.people import OfTake
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
 from .evaluation.tables import written
+from .mocap.clips import Clip
 from .mocap.convert import read_folder, write_mocap
 from .mocap.mmfi import PROTOCOLS
 from .training import rectifier as training

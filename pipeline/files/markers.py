@@ -198,3 +198,8 @@ def _maker(file: C3d) -> MadeBy:
     if any(word in program.lower() for word in _MARKERLESS):
         return MadeBy("estimated", program)
     return MadeBy("measured", program or "motion capture (C3D)")
+
+
+def z_up(joints: np.ndarray, up: Up) -> np.ndarray:
+    """Points (..., 3) of a right-handed Y-up or Z-up file in Z-up axes; y: (x, y, z) -> (x, -z, y), a rotation."""
+    return joints if up == "z" else joints[..., [0, 2, 1]] * np.array([1, -1, 1])

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.frames import METRES
-from ..core.layouts import H36M17, Layout
+from ..core.layouts import H36M17, LEG, Layout
 from ..core.rotations import is_finite, rotate, unit
 
 _LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -298,3 +298,15 @@ def leg_length(joints: np.ndarray, layout: Layout = H36M17) -> float:
         bones = (knee - hip, ankle - knee)
         sides.append(sum(float(np.nanmedian(np.linalg.norm(bone, axis=-1))) for bone in bones))
     return float(np.mean(sides))
+
+
+def upright_share(joints: np.ndarray) -> float:
+    """Share of frames of joints (T, 17, 3), +Z up, whose head is above both feet by half a leg; of those that know the
+    head and both legs, NaN where none does. Where no frame has the head, the middle of the hips stands for it."""
+    top = "head" if np.isfinite(joints[:, H36M17.index("head")]).any() else "pelvis"
+    legs = tuple(f"{side}_{joint}" for side in "lr" for joint in LEG)
+    joints = joints[np.isfinite(joints[:, H36M17.indices((top, *legs))]).all(axis=(1, 2))]
+    if not len(joints):
+        return float("nan")
+    highest, feet = joints[:, H36M17.index(top), 2], joints[:, H36M17.indices(("l_ankle", "r_ankle")), 2]
+    return float((highest > feet.max(axis=1) + leg_length(joints) / 2).mean())

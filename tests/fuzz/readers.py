@@ -186,8 +186,8 @@ def _read_checkpoint(path: Path) -> object:
 
 
 def _clips(folder: Path) -> Path:
+    from pcnet3d.models.lab.mocap.clips import Clip
     from pcnet3d.models.lab.mocap.convert import write_mocap
-    from pcnet3d.pipeline.reading.mocap import Clip
 
     clips = [
         Clip(f"{i:02d}_01", f"{i:02d}", "max", 30.0, Person().standing(40).astype(np.float32))

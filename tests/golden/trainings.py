@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.reading.mocap import Clip
 
 TINY = Path(__file__).with_name("tiny.toml").read_text(encoding="utf-8")
 LIFTER = Path(__file__).with_name("tiny_lifter.toml").read_text(encoding="utf-8")

@@ -22,8 +22,8 @@ from ....pipeline.core.measures import SD_90
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.take import Take
-from ....pipeline.reading.mocap import Clip
 from ...place.flights import GRAVITY, Flight, flights
+from ..mocap.clips import Clip
 from .judge import Case
 from .runs import EvaluationSet, Question, finished
 from .testbed import SeenTake

@@ -18,10 +18,9 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.reading.mocap import Clip, read_mocap
 from ...common.metrics import joint_error
 from ..common.metrics import procrustes_error, scaled, sorting
-from ..mocap.clips import lying, read_parts, subject_of
+from ..mocap.clips import Clip, lying, read_mocap, read_parts, subject_of
 from ..synthetic.views import Targets, View, seen, views
 from .people import OfTake, every_value, figures
 from .runs import EvaluationSet, Question

@@ -27,7 +27,6 @@ from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
 from ...angle_error.posture import features, growth
@@ -36,7 +35,7 @@ from ...common.metrics import relative
 from ...gravity.lines import tangent
 from ...gravity.view import camera_of, known_camera
 from ...lifter.features import body_rays
-from ..mocap.clips import Subjects, data_set, lying, read_clips
+from ..mocap.clips import Clip, Subjects, data_set, lying, read_clips
 from ..synthetic.cameras import ViewRange
 from .real_data import read_real, read_seen, whole_body
 from .simulated import simulated

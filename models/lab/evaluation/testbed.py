@@ -29,7 +29,6 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate, unit
 from ....pipeline.files.arrays import write_arrays
 from ....pipeline.files.atomic import refuse_unwritable_file
-from ....pipeline.reading.mocap import Clip
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.signals.filters import CUTOFF_HZ, derivative, lowpass
 from ...common.canonical import R_world_from_body
@@ -40,7 +39,7 @@ from ...lifter.builtin import OwnLifter, network
 from ...lifter.features import body_rays
 from ...lifter.load import load_lifter
 from ..common.metrics import scaled
-from ..mocap.clips import Subjects, lying, read_clips
+from ..mocap.clips import Clip, Subjects, lying, read_clips
 from ..synthetic.bodies import BodyRange, vary
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw

@@ -15,9 +15,9 @@ import numpy as np
 from ....pipeline.core.notices import verdict
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
-from ....pipeline.reading.mocap import Clip
 from ...common.metrics import rigid_error
 from ..common.metrics import person_size
+from ..mocap.clips import Clip
 from .lifter import motion_classes
 from .runs import Question, finished
 from .testbed import SeenTake

@@ -19,7 +19,6 @@ from ....pipeline.core.extras import needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
-from ....pipeline.reading.mocap import Clip
 from ....pipeline.signals.filters import lowpass
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
@@ -27,7 +26,7 @@ from ...gait.contact import SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR
 from ...lifter.builtin import lift
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, joints_of, see
-from ..mocap.clips import Subjects, data_set, read_clips
+from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..mocap.contact import true_contact
 
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off

@@ -28,7 +28,6 @@ from ....pipeline.core.measures import SD_90, Measure
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import write_text
-from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
 from ...angle_error.joint_noise import shipped_noise
@@ -46,7 +45,7 @@ from ..evaluation.figures import Ranged, ranges, repetitions, true_angles
 from ..evaluation.judge import STRANGERS, Stated
 from ..evaluation.runs import Configuration, EvaluationSet, evaluation_sets, given, recipe_of
 from ..evaluation.testbed import BEDS, see
-from ..mocap.clips import lying
+from ..mocap.clips import Clip, lying
 from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
 

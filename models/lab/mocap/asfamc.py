@@ -16,9 +16,8 @@ import numpy as np
 
 from ....pipeline.core.errors import InputError, readable
 from ....pipeline.core.rotations import transpose
-from ....pipeline.files.markers import Up
+from ....pipeline.files.markers import Up, z_up
 from ....pipeline.files.skeletons import Skeleton, h36m17_of_skeleton, place
-from ....pipeline.reading.mocap import z_up
 
 FPS = 120.0  # of CMU and HDM05; the files do not say it
 _INCH_M = 0.0254

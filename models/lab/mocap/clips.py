@@ -1,10 +1,11 @@
-"""Motion capture as training and test material: clips of world joints, their subjects, and who is trained on and who is
-held out."""
+"""Motion capture as training and test material: the file of clips that `pcnet3d lab mocap` writes, their subjects, and
+who is trained on and who is held out."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import Literal, get_args
@@ -15,7 +16,7 @@ from pydantic import BaseModel
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
-from ....pipeline.reading.mocap import Clip, read_mocap
+from ....pipeline.files.arrays import load_all
 from ..common.config import read_json
 
 Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
@@ -25,6 +26,71 @@ LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells whic
 
 _TENNIS = "tennis_mocap"
 PARTS = ("train", "val", "test")
+_ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """One take of one person.
+
+    joints: (T, 17, 3) float32 metres, H36M17, world axes with +Z up (frames.Z_UP), right-handed.
+    source: the skeleton it comes with; those of OWN_SKELETON have the subject's own proportions.
+    """
+
+    name: str
+    subject: str
+    source: str
+    fps: float
+    joints: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+
+def read_mocap(path: Path) -> tuple[Clip, ...]:
+    """All clips of a motion capture file. InputError when it is missing, damaged or holds other arrays.
+
+    The file holds joints relative to the pelvis in world orientation and the pelvis apart (the data's README).
+    """
+    if not path.exists():
+        raise InputError("cannot-open", f"Expected motion capture at {path}, found nothing there.")
+    arrays = load_all(path, *_ARRAYS)
+    start, frames = arrays["clip_start"], len(arrays["root"])
+    shapes = {
+        "joints": (frames, len(H36M17), 3), "root": (frames, 3), "fps": (), "clip_start": (len(start),),
+        **dict.fromkeys(("clip_name", "subject", "source"), (len(start) - 1,)),
+    }  # fmt: skip
+    kinds = {"joints": "f", "root": "f", "fps": "fiu", "clip_start": "iu"}
+    wrong = [name for name, shape in shapes.items() if arrays[name].shape != shape]
+    wrong += [name for name, kind in kinds.items() if arrays[name].dtype.kind not in kind]
+    if tuple(map(str, arrays["joint_names"])) != H36M17.joints:
+        wrong.append("joint_names")
+    if not wrong and (start[0] != 0 or start[-1] != frames or (np.diff(start.astype(float)) <= 0).any()):
+        wrong.append("clip_start")
+    if not wrong and not 0 < arrays["fps"] < np.inf:
+        wrong.append("fps")
+    if wrong:
+        raise InputError(
+            "wrong-content",
+            f"Expected clips of motion capture of H36M17, as `pcnet3d lab mocap` writes them, in {path}, got others: "
+            f"see {', '.join(wrong)}.",
+        )
+    world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
+    if not np.isfinite(world).all():
+        raise InputError(
+            "file-damaged",
+            f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.",
+        )
+    return tuple(
+        Clip(
+            name=str(arrays["clip_name"][i]),
+            subject=str(arrays["subject"][i]),
+            source=str(arrays["source"][i]),
+            fps=float(arrays["fps"]),
+            joints=world[start[i] : start[i + 1]],
+        )
+        for i in range(len(start) - 1)
+    )
 
 
 class Listed(BaseModel):
@@ -144,7 +210,7 @@ def trunk_lean_deg(joints: np.ndarray) -> np.ndarray:
 
 
 def read_parts(data: Path, split: Path, needed: Sequence[str] = PARTS) -> dict[str, tuple[Clip, ...]]:
-    """A file of clips (pipeline/reading/mocap.py) by a JSON file of their subjects: {"train": [...], "val": [...],
+    """A file of clips by a JSON file of their subjects: {"train": [...], "val": [...],
     "test": [...]}.
 
     A clip's subject is its name up to the first "_". InputError when a needed part is missing or empty, somebody is in

@@ -24,13 +24,13 @@ from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import write_arrays
 from ....pipeline.files.bvh import read_motion
-from ....pipeline.files.markers import Up, read_joints
-from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length
+from ....pipeline.files.markers import Up, read_joints, z_up
+from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length, upright_share
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.mocap import Clip, upright_share, z_up
 from ....pipeline.running.progress import each
 from ....pipeline.signals.checks import chirality
 from . import asfamc, mmfi
+from .clips import Clip
 
 _FPS = 30.0  # of the clips, but for MM-Fi's
 _LIMBS = tuple(

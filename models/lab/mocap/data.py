@@ -20,8 +20,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.files.atomic import refuse_unwritable, write_json
 from ....pipeline.files.digest import sha256
-from ....pipeline.reading.mocap import Clip, read_mocap
-from .clips import subject_of
+from .clips import Clip, read_mocap, subject_of
 from .convert import How, read_folder, write_mocap
 
 # The people of each part, by file.

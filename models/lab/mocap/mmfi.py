@@ -23,8 +23,8 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate
 from ....pipeline.files.arrays import load
 from ....pipeline.files.skeletons import leg_length
-from ....pipeline.reading.mocap import Clip
 from ....pipeline.signals.checks import chirality
+from .clips import Clip
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
 FPS = 10.0

@@ -12,9 +12,8 @@ import torch
 from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.reading.mocap import Clip
 from ...common.vectors import Array, across, length, picked, unit
-from ..mocap.clips import OWN_SKELETON, person
+from ..mocap.clips import OWN_SKELETON, Clip, person
 from .draw import Draw
 
 # Child by parent, each parent before its children. "nose" and "head" hang on the thorax and the nose.

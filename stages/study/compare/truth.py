@@ -14,12 +14,11 @@ from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import keys
 from ....pipeline.files.bvh import read_motion
-from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc
-from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
+from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc, z_up
+from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.mocap import upright_share, z_up
 
 
 def read_truth(

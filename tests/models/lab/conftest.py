@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.lab.evaluation import evaluate
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import rotate
-from pcnet3d.pipeline.reading.mocap import Clip
 
 SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd", "tennis": "tennis-lvargas"}
 

@@ -22,7 +22,6 @@ from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
-from .....pipeline.reading.mocap import Clip
 from ....common.metrics import joint_error
 from ....common.vectors import rotate, transpose, unit
 from ....lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
@@ -30,7 +29,7 @@ from ...common.config import Share, Size
 from ...common.metrics import scaled
 from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
-from ...mocap.clips import lying, read_clips, read_parts
+from ...mocap.clips import Clip, lying, read_clips, read_parts
 from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ...synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ...synthetic.draw import Draw

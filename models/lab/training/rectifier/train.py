@@ -24,10 +24,9 @@ from torch import Tensor, nn
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.core.rotations import geodesic_deg
-from .....pipeline.reading.mocap import Clip
 from ....shipped import PCNET
 from ...common.config import Share, Size
-from ...mocap.clips import Subjects, lying, read_clips, read_parts
+from ...mocap.clips import Clip, Subjects, lying, read_clips, read_parts
 from ...synthetic.bodies import BodyRange, proportions, redefined
 from ...synthetic.draw import Draw
 from ...synthetic.poses import MotionRange, varied

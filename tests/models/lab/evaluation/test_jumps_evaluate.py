@@ -7,8 +7,8 @@ from golden import jumps as golden
 from golden.measures import rows_of
 from pcnet3d.models.lab.evaluation.jumps import captured_flights, compared, true_flights
 from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import Take
-from pcnet3d.pipeline.reading.mocap import Clip
 
 
 @pytest.fixture(params=[30.0, 60.0])

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import runs as evaluation_sets
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, row, tables
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline.reading.mocap import Clip
 
 
 class Fixed:

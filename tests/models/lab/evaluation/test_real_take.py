@@ -13,11 +13,11 @@ from pcnet3d.models.lab.evaluation.real_data import LIMBS, RealCamera, read_came
 from pcnet3d.models.lab.evaluation.real_take import row, tables
 from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
 from pcnet3d.models.lab.evaluation.statements import statements
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17, PoseSequence
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.reading.mocap import Clip
 from refusals import refused
 
 SIZE = (1920, 1080)

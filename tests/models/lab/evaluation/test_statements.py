@@ -25,12 +25,12 @@ from pcnet3d.models.lab.evaluation.statements import (
     statements,
     up,
 )
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
-from pcnet3d.pipeline.reading.mocap import Clip
 from pcnet3d.pipeline.signals.angles import ANGLES
 from refusals import refused
 

@@ -19,9 +19,9 @@ from pcnet3d.models.lab.evaluation.takes import (
     row,
     with_heading,
 )
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import CAMERA, H36M17
 from pcnet3d.pipeline.core.rotations import transpose
-from pcnet3d.pipeline.reading.mocap import Clip
 
 FPS = 30.0
 LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))

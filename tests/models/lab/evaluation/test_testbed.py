@@ -13,10 +13,9 @@ from pcnet3d.models.lab.evaluation import runs as evaluation_sets
 from pcnet3d.models.lab.evaluation import testbed as module
 from pcnet3d.models.lab.evaluation.lifter import groups, motion_classes
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, lay_down, lifted_takes, see, write_takes
-from pcnet3d.models.lab.mocap.clips import trunk_lean_deg
+from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
-from pcnet3d.pipeline.reading.mocap import Clip
 from refusals import refused
 
 

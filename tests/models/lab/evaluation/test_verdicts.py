@@ -6,8 +6,8 @@ import pytest
 from golden import jumps as golden
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.evaluation.verdicts import error_mm, kind_of
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import CAMERA, H36M17, Take
-from pcnet3d.pipeline.reading.mocap import Clip
 
 
 def seen(source: str = "asfamc", laid: bool = False):

@@ -23,10 +23,10 @@ from pcnet3d.models.lab.fits.visits import (
     visits,
     with_ranges,
 )
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.lab.synthetic.cameras import WILD, place
 from pcnet3d.models.lab.synthetic.draw import NumpyDraw
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
-from pcnet3d.pipeline.reading.mocap import Clip
 from pcnet3d.pipeline.signals.angles import OF_BOTH
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from golden.acclaim import write_still
+from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.reading.mocap import Clip
 
 
 @pytest.fixture

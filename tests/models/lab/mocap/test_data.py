@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from commands import pcnet3d, refused, succeeded
-from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.mocap.clips import read_clips, read_mocap
 from pcnet3d.models.lab.mocap.data import SPLITS, of_accad, of_tennis, with_whole_forearms
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.reading.mocap import read_mocap
 
 SAMPLE = Path(__file__).parents[3] / "data"
 

@@ -6,10 +6,18 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
-from pcnet3d.models.lab.mocap.clips import data_folder, data_set, lying, person, read_clips, read_parts
+from pcnet3d.models.lab.mocap.clips import (
+    Clip,
+    data_folder,
+    data_set,
+    lying,
+    person,
+    read_clips,
+    read_mocap,
+    read_parts,
+)
 from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from refusals import refused
 
 CLIPS = {

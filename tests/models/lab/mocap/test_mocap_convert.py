@@ -6,9 +6,9 @@ import pytest
 import commands
 from commands import pcnet3d, succeeded
 from golden.skeleton import MIXAMO, bent, bvh
+from pcnet3d.models.lab.mocap.clips import Clip, read_mocap
 from pcnet3d.models.lab.mocap.convert import How, read_folder, resampled, write_mocap
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from refusals import refused
 
 

@@ -7,8 +7,7 @@ from runpy import run_path
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.mocap.clips import data_set, person, read_clips
-from pcnet3d.pipeline.reading.mocap import read_mocap
+from pcnet3d.models.lab.mocap.clips import data_set, person, read_clips, read_mocap
 
 FOLDER = Path(__file__).parents[3] / "data"
 

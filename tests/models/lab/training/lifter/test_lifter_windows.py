@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.mocap.clips import lying
+from pcnet3d.models.lab.mocap.clips import Clip, lying
 from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
 from pcnet3d.models.lifter import features as run_time
 from pcnet3d.models.lifter.features import CHANNELS
 from pcnet3d.pipeline import H36M17, InputError, rotate
-from pcnet3d.pipeline.reading.mocap import Clip
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402

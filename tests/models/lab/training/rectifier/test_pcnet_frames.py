@@ -6,11 +6,10 @@ import pytest
 from golden.bodies import bone_lengths
 from golden.takes import write_lifted
 from pcnet3d.models.common.canonical import body_axes
-from pcnet3d.models.lab.mocap.clips import trunk_lean_deg
+from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
-from pcnet3d.pipeline.reading.mocap import Clip
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")

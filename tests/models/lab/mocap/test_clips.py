@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.lab.mocap.clips import read_mocap
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.reading.mocap import read_mocap
 from refusals import refused
 
 RNG = np.random.default_rng(0)
