@@ -43,16 +43,16 @@ def sniff(path: Path) -> bool:
 def are_2d(points: np.ndarray) -> bool:
     """Whether points (..., 2 or 3) are pixels or shares of an image, with scores where there is a third number."""
     places, scores = points[..., :2], points[..., 2:]
-    there = np.isfinite(places).all(axis=-1) & (places != 0).any(axis=-1)
-    if not there.any() or np.abs(scores[there]).max(initial=0) > _MOST_SCORE:
+    visible = np.isfinite(places).all(axis=-1) & (places != 0).any(axis=-1)
+    if not visible.any() or np.abs(scores[visible]).max(initial=0) > _MOST_SCORE:
         return False
-    points_there = places[there]
+    visible_points = places[visible]
     shares = (
-        points_there.min() >= -0.5
-        and points_there.max() <= _SHARES
+        visible_points.min() >= -0.5
+        and visible_points.max() <= _SHARES
         and (points.shape[-1] == 2 or scores.min() >= 0)
     )
-    return bool(shares or np.ptp(points_there) > 10 * _MOST_SCORE)
+    return bool(shares or np.ptp(visible_points) > 10 * _MOST_SCORE)
 
 
 def read(path: Path, image_size: tuple[int, int] | None = None) -> tuple[PoseSequence, ...]:

@@ -176,12 +176,12 @@ def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> n
         raise InputError(
             "times-broken", f"Expected time_s of {path} to increase from line to line; it does not."
         )
-    own = 1 / float(np.median(np.diff(time_s)))
-    if rate_hz is not None and abs(own / rate_hz - 1) > 0.02:
+    stamped_hz = 1 / float(np.median(np.diff(time_s)))
+    if rate_hz is not None and abs(stamped_hz / rate_hz - 1) > 0.02:
         raise InputError(
             "option-conflict",
-            f"{path} has time stamps of {own:.4g} samples a second, which contradict the {rate_hz:g} that were given; "
-            "leave the rate out, or delete the column time_s if its clock is wrong.",
+            f"{path} has time stamps of {stamped_hz:.4g} samples a second, which contradict the {rate_hz:g} that were "
+            "given; leave the rate out, or delete the column time_s if its clock is wrong.",
         )
     return time_s
 
@@ -228,8 +228,8 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
             f"acceleration, which is gravity's, leans {lean:.0f} degrees from up: check the order of the quaternions' "
             "numbers (w x y z), which way they map (-O maps=sensor_from_world), and which axis is the vertical.",
         )
-    said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=norm),)
-    return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, said)
+    notices = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=norm),)
+    return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, notices)
 
 
 def _unit_of(norm: float) -> str:

@@ -96,14 +96,14 @@ def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]
     images: dict[str, str] = {}  # and numbers by names, of those with people
     content = load(path, _WHAT)
     for i, image in enumerate(entries(field(content, "images", str(path)), str(path))):
-        here = f"{path}, image {i}"
-        listed[str(field(image, "id", here))] = str(field(image, "file_name", here))
+        where = f"{path}, image {i}"
+        listed[str(field(image, "id", where))] = str(field(image, "file_name", where))
     for i, entry in enumerate(entries(field(content, "annotations", str(path)), str(path))):
-        here = f"{path}, annotation {i}"
-        image = field(entry, "image_id", here)
+        where = f"{path}, annotation {i}"
+        image = field(entry, "image_id", where)
         if str(image) not in listed:
             raise InputError(
-                "wrong-content", f"{here}: expected an image that the file lists, got {reprlib.repr(image)}."
+                "wrong-content", f"{where}: expected an image that the file lists, got {reprlib.repr(image)}."
             )
         if "keypoints" not in entry:
             continue
@@ -111,11 +111,11 @@ def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]
         if images.setdefault(name, str(image)) != str(image):
             raise InputError(
                 "files-apart",
-                f"{here}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
+                f"{where}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
                 "another image; keep each video's keypoints in a file of their own.",
             )
-        if (moment := moments.of({"file_name": name}, here)) is not None:
-            yield moment, entry, here
+        if (moment := moments.of({"file_name": name}, where)) is not None:
+            yield moment, entry, where
 
 
 def _by_image(content: Any) -> bool:

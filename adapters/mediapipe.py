@@ -179,12 +179,12 @@ def _json(path: Path, sightings: People, recording: str | None) -> Clock:
     for moment, entry, where in frames(path, "MediaPipe's landmarks", expected, moments, _is_frame):
         if isinstance(entry, list) and entry and isinstance(entry[0], dict) and _key(entry[0], _WORLD):
             entry = {_WORLD[0]: [person[_key(person, _WORLD) or ""] for person in entry]}
-        said = entry if isinstance(entry, dict) else {}
-        key, shown = _key(said, (*_WORLD, *_IMAGE)), _key(said, _IMAGE[:1])
+        fields = entry if isinstance(entry, dict) else {}
+        key, shown = _key(fields, (*_WORLD, *_IMAGE)), _key(fields, _IMAGE[:1])
         if key is not None and key == shown:
             raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
-        boxes = [_box(values) for values in _people(said[shown], where)] if shown else []
-        people = _people(said[key] if key else entry, where)
+        boxes = [_box(values) for values in _people(fields[shown], where)] if shown else []
+        people = _people(fields[key] if key else entry, where)
         for place, values in enumerate(people):
             _add(sightings, moment, values, box=boxes[place] if len(boxes) == len(people) else None)
     return moments.clock()

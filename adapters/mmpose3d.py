@@ -93,13 +93,13 @@ def read(path: Path, metric: bool = False, stature_m: float | None = None) -> tu
         )
     layout, axes = (COCO23, _RTMW3D) if whole_body else (H36M17, _LIFTED)
     axes = axes if whole_body else axes.with_(unit="m" if metric else "arbitrary")
-    everybody = map(_rebase_said, sightings.poses(layout, axes, moments.clock(), _IMAGE_AXES))
+    everybody = map(_rebase_noted, sightings.poses(layout, axes, moments.clock(), _IMAGE_AXES))
     return tuple(
         _metric(poses, stature_m or _STATURE_M, path) if whole_body else poses for poses in everybody
     )
 
 
-def _rebase_said(poses: PoseSequence) -> PoseSequence:
+def _rebase_noted(poses: PoseSequence) -> PoseSequence:
     """With a notice where each frame's lowest joint was put at height (third axis) 0."""
     heights = poses.joints[..., 2]
     rebased = int((np.fmin.reduce(heights, axis=1) == 0).sum())
@@ -107,8 +107,8 @@ def _rebase_said(poses: PoseSequence) -> PoseSequence:
         return poses
     lowest = np.argmax(heights == 0, axis=1)
     changes = int((np.diff(lowest) != 0).sum())
-    said = notice("rebased-to-floor", rebased=rebased, frames=len(poses), changes=changes)
-    return poses.noted("rebase", frames=rebased).saying(said)
+    to_floor = notice("rebased-to-floor", rebased=rebased, frames=len(poses), changes=changes)
+    return poses.noted("rebase", frames=rebased).saying(to_floor)
 
 
 def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:

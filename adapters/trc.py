@@ -52,8 +52,8 @@ def read(
             "nothing-usable", f"{path}: expected rows of marker positions after the header, got none."
         )
     with path.open(encoding="utf-8", errors="replace") as file:
-        said = file.readline(4096)
-    if _SPORTS2D.search(path.name) or _SPORTS2D.search(said) or _invented_depth(markers):
+        first_line = file.readline(4096)
+    if _SPORTS2D.search(path.name) or _SPORTS2D.search(first_line) or _invented_depth(markers):
         raise InputError(
             "wrong-content",
             f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "

@@ -176,8 +176,8 @@ def _stated_s(container: InputContainer, stream: VideoStream) -> float:
     what is cut off later still has it."""
     if stream.duration is not None:
         return stream.duration * float(stream.time_base or 0)
-    if said := _DURATION.match(stream.metadata.get("DURATION", "")):
-        hours, minutes, seconds = map(float, said.groups())
+    if duration := _DURATION.match(stream.metadata.get("DURATION", "")):
+        hours, minutes, seconds = map(float, duration.groups())
         return 3600 * hours + 60 * minutes + seconds
     return (container.duration or 0) / 1e6 if len(container.streams) == 1 else 0.0  # FFmpeg's AV_TIME_BASE
 

@@ -40,10 +40,10 @@ def read(
     anything but arrays and plain containers, and when there are several videos and none is named.
     """
     metadata, where = load_objects(path, "metadata"), str(path)
-    said = metadata.get("layout_name") if isinstance(metadata, dict) else None
-    if said not in _LAYOUTS:
+    layout_name = metadata.get("layout_name") if isinstance(metadata, dict) else None
+    if layout_name not in _LAYOUTS:
         raise InputError(
-            "wrong-content", f"{where}: expected joints in layout 'coco' or 'h36m', got {said!r}."
+            "wrong-content", f"{where}: expected joints in layout 'coco' or 'h36m', got {layout_name!r}."
         )
     video, actions = _entry(load_objects(path, "positions_2d"), "video", video, where)
     _, cameras = _entry(actions, "action", action, f"{where}, video '{video}'")
@@ -53,7 +53,7 @@ def read(
             "bad-value",
             f"{where}, video '{video}': it has {how_many(count, 'camera')}, counted from 0; got camera={camera}.",
         )
-    layout = _LAYOUTS[said]
+    layout = _LAYOUTS[layout_name]
     points = shaped(cameras[camera], f"{where}, video '{video}'", ("frames", len(layout), 2))
     sightings = People(where)
     for frame, row in enumerate(points):

@@ -86,9 +86,9 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
 
 
 def _of_spin(person: str, values: dict[str, Any], where: str) -> PoseSequence:
-    here = f"{where}, subject {person}"
-    joints = shaped(values[_JOINTS], f"{here}, {_JOINTS}", ("frames", _SPIN, 3))
-    frames = shaped(values.get("frame_ids"), f"{here}, frame_ids", (len(joints),), kinds="iu")
+    of_subject = f"{where}, subject {person}"
+    joints = shaped(values[_JOINTS], f"{of_subject}, {_JOINTS}", ("frames", _SPIN, 3))
+    frames = shaped(values.get("frame_ids"), f"{of_subject}, frame_ids", (len(joints),), kinds="iu")
     return PoseSequence(
         joints=joints[:, : len(BODY_25)],
         layout=BODY_25,
@@ -101,16 +101,16 @@ def _of_spin(person: str, values: dict[str, Any], where: str) -> PoseSequence:
 
 def _person(person: str, values: dict[str, Any], weights: np.ndarray | None, where: str) -> PoseSequence:
     """weights: of the regressor; without it the joints are MoViD's, about the hips' middle."""
-    here = f"{where}, subject {person}"
-    mesh = shaped(values.get("verts"), f"{here}, verts", ("frames", _VERTICES, 3))
-    frames = shaped(values.get("frame_ids"), f"{here}, frame_ids", (len(mesh),), kinds="iu")
+    of_subject = f"{where}, subject {person}"
+    mesh = shaped(values.get("verts"), f"{of_subject}, verts", ("frames", _VERTICES, 3))
+    frames = shaped(values.get("frame_ids"), f"{of_subject}, frame_ids", (len(mesh),), kinds="iu")
     if weights is None:
-        stored = shaped(values.get(_JOINTS), f"{here}, {_JOINTS}", (len(mesh), "joints", 3))
-        away = shaped(values.get("trans_cam"), f"{here}, trans_cam", (len(mesh), 3))
+        stored = shaped(values.get(_JOINTS), f"{of_subject}, {_JOINTS}", (len(mesh), "joints", 3))
+        away = shaped(values.get("trans_cam"), f"{of_subject}, trans_cam", (len(mesh), 3))
         if stored.shape[1] < len(COCO17):
             raise InputError(
                 "wrong-content",
-                f"{here}: expected COCO's 17 joints first in {_JOINTS}, got {stored.shape[1]}.",
+                f"{of_subject}: expected COCO's 17 joints first in {_JOINTS}, got {stored.shape[1]}.",
             )
         joints, names, points = stored[:, : len(COCO17)] + away[:, None], COCO17.joints, FEET.joints
     else:

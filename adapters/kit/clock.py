@@ -113,19 +113,19 @@ class Moments:
         self._count = 0
         self._numbers: dict[tuple[Any, ...], int] = {}  # of the moments that say when they were
         self._silent: dict[str | None, int] = {}  # the last moment of each person that does not
-        self._said: dict[str, list[Any]] = {}  # values of each field, by moment
+        self._values: dict[str, list[Any]] = {}  # values of each field, by moment
         self._recordings: dict[str, None] = {}
         self._rate: float | None = None
 
-    def of(self, said: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
+    def of(self, row: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
         """The number of a row's moment; rows of which nothing is said follow each other, those of each person for
         themselves. None for a row of another recording.
 
-        said: what the row says under any names; what is no clock's does not matter. where: the row, for errors.
+        row: its values under any names; what is no clock's does not matter. where: which row it is, for errors.
         InputError for a frame that is no whole number.
         """
         fields: dict[str, dict[str, Any]] = {}  # by kind
-        for name, value in said.items():
+        for name, value in row.items():
             kind = kind_of(name)
             if kind not in ("", "person") and isinstance(value, str | int | float | None):
                 fields.setdefault(kind, {})[name] = _whole(value, name, where) if kind == "frame" else value
@@ -147,15 +147,15 @@ class Moments:
         if number == self._count:
             self._count += 1
             for name, value in ((n, v) for held in fields.values() for n, v in held.items()):
-                self._said.setdefault(name, [None] * number).append(value)
-            for values in self._said.values():
+                self._values.setdefault(name, [None] * number).append(value)
+            for values in self._values.values():
                 values.extend([None] * (self._count - len(values)))
         return number
 
     @staticmethod
-    def tells(said: Mapping[str, Any]) -> bool:
+    def tells(fields: Mapping[str, Any]) -> bool:
         """Whether a row says when it was seen."""
-        return any(kind_of(name) in ("frame", "image", "time") for name in said)
+        return any(kind_of(name) in ("frame", "image", "time") for name in fields)
 
     def state(self, key: str, value: Any) -> None:
         """What a file says of itself beside its rows: its frame rate, maybe among other things in an object."""
@@ -177,14 +177,14 @@ class Moments:
         self._check_one_recording()
         frame_name, frames = self._frames()
         time_name, time_s = self._times()
-        unused = [name for name in self._said if name not in (frame_name, time_name)]
+        unused = [name for name in self._values if name not in (frame_name, time_name)]
         notices = [
             notice("clock-not-used", column=name or "(the column without a name)")
             for name in unused
             if self._like(name, frames) and not (time_name and kind_of(name) == "time")
         ]
         self._numbers.clear()
-        self._said.clear()
+        self._values.clear()
         index = np.arange(self._count)
         if frames is not None:
             index = frames
@@ -198,14 +198,14 @@ class Moments:
     def _of_kind(self, kind: str) -> list[str]:
         """Fields of that kind, those first that the table of names has first."""
         order = list(_KINDS)
-        names = [name for name in self._said if kind_of(name) == kind]
+        names = [name for name in self._values if kind_of(name) == kind]
         return sorted(names, key=lambda name: order.index(plain(name)) if plain(name) in _KINDS else 0)
 
     def _check_one_recording(self) -> None:
         for name in (*self._of_kind("recording"), *self._of_kind("image")):
-            values = [str(value) for value in self._said[name] if value is not None]
+            values = [str(value) for value in self._values[name] if value is not None]
             names = list(dict.fromkeys(values))
-            numbers = kind_of(name) == "image" and all(isinstance(v, int | float) for v in self._said[name])
+            numbers = kind_of(name) == "image" and all(isinstance(v, int | float) for v in self._values[name])
             if 1 < len(names) < len(values) and self._wanted is None and not numbers:
                 raise InputError(
                     "choose-entry",
@@ -216,15 +216,15 @@ class Moments:
     def _frames(self) -> tuple[str | None, np.ndarray | None]:
         """The field that numbers the frames, and the numbers (M,)."""
         for name in self._of_kind("frame"):
-            if (numbers := _numbers(self._said[name])) is not None:
+            if (numbers := _numbers(self._values[name])) is not None:
                 return name, numbers.astype(np.int64)
         for name in self._of_kind("image"):
-            values = self._said[name]
+            values = self._values[name]
             numbered = len(values) > 1 or re.search(r"\d", str(values[0]))
             if numbered and len(set(values)) == len(values):
                 return name, self._numbered(values)
         for name in self._of_kind("unnamed"):
-            numbers = _numbers(self._said[name])
+            numbers = _numbers(self._values[name])
             if numbers is not None and _shows(numbers) == "frames" and not _counts_rows(numbers):
                 return name, numbers.astype(np.int64)
         return None, None
@@ -235,10 +235,10 @@ class Moments:
         folder: str | None = None
         for value in values:
             number, text = frame_number(value, self._where), str(value)
-            own = text.replace("\\", "/").rpartition("/")[0]
-            folder = own if folder is None else folder
+            parent = text.replace("\\", "/").rpartition("/")[0]
+            folder = parent if folder is None else folder
             other = names.setdefault(number, text)
-            if other != text or own != folder:
+            if other != text or parent != folder:
                 beside = other if other != text else next(iter(names.values()))
                 raise InputError(
                     "files-apart",
@@ -250,12 +250,12 @@ class Moments:
     def _times(self) -> tuple[str | None, np.ndarray | None]:
         """The field of the times, and seconds (M,)."""
         for name in (*self._of_kind("time"), *self._of_kind("unnamed")):
-            values = _numbers(self._said[name])
+            values = _numbers(self._values[name])
             if values is None:
                 continue
             unit = _SECONDS.get(plain(name))
             if unit is None:
-                texts = any(isinstance(value, str) and ":" in value for value in self._said[name])
+                texts = any(isinstance(value, str) and ":" in value for value in self._values[name])
                 unit = 1.0 if texts else _shows(values)
             if isinstance(unit, float):
                 seconds = values * unit
@@ -289,9 +289,9 @@ class Moments:
     def _like(self, name: str, frames: np.ndarray | None) -> bool:
         """Whether a field that is not used may well be a clock: it increases, and says more than how many rows there
         are, or which frame a row is."""
-        values = _numbers(self._said[name])
+        values = _numbers(self._values[name])
         if values is None or len(values) < 3 or not (np.diff(values) > 0).all():
-            return kind_of(name) == "time" and len(set(self._said[name])) > 1
+            return kind_of(name) == "time" and len(set(self._values[name])) > 1
         return not _counts_rows(values) and not (frames is not None and len(set(values - frames)) == 1)
 
 

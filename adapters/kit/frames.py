@@ -133,14 +133,14 @@ def frames(
             moments.state(key, entry)
             continue
         listed, count = key, count + 1
-        said = entry if isinstance(entry, dict) else {}
-        if key == _FROM_1 and "instances" in said:
-            said = said | {"frame_id": _from_1(said, where)}
-        elif plain(key) in _PEOPLE and not moments.tells(said):  # everybody of one image
-            said = {"frame": 0}
+        fields = entry if isinstance(entry, dict) else {}
+        if key == _FROM_1 and "instances" in fields:
+            fields = fields | {"frame_id": _from_1(fields, where)}
+        elif plain(key) in _PEOPLE and not moments.tells(fields):  # everybody of one image
+            fields = {"frame": 0}
         elif re.search(r"[\d.]", key):  # an object of images by their names
-            said = said | {"frame_name": key}
-        if (moment := moments.of(said, where)) is not None:
+            fields = fields | {"frame_name": key}
+        if (moment := moments.of(fields, where)) is not None:
             yield moment, entry, where
     if listed is None:
         raise InputError(
@@ -148,8 +148,8 @@ def frames(
         )
 
 
-def _from_1(said: Mapping[str, Any], where: str) -> int:
-    frame = frame_number(said.get("frame_id"), where)
+def _from_1(fields: Mapping[str, Any], where: str) -> int:
+    frame = frame_number(fields.get("frame_id"), where)
     if frame < 1:
         raise InputError(
             "times-broken", f"{where}: expected frames from 1, as MMPose's demos count, got frame 0."
@@ -223,19 +223,19 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
         if values.ndim == 1 and len(values) and not len(values) % 3:
             values, flat = values.reshape(-1, 3), True
     if isinstance(scores, list) and not flat:  # PoseTrack's stand beside flags
-        own = numbers(scores, where)
+        joint_scores = numbers(scores, where)
         if values.ndim == 2 and values.shape[1] == 3:
             raise InputError(
                 "format-unknown",
                 f"{where}: expected 2D keypoints, got three coordinates each: a 3D output; give it with --poses.",
             )
-        if values.shape != (*own.shape, 2):
+        if values.shape != (*joint_scores.shape, 2):
             raise InputError(
                 "wrong-content",
                 f"{where}: expected x, y and one score of each joint, got keypoints of shape {values.shape} and scores "
-                f"of shape {own.shape}.",
+                f"of shape {joint_scores.shape}.",
             )
-        values = np.column_stack([values, own])
+        values = np.column_stack([values, joint_scores])
     if values.ndim != 2 or values.shape[1] not in (2, 3) or not len(values):
         raise InputError(
             "wrong-content",

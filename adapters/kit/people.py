@@ -229,16 +229,16 @@ class People:
                 f"track=true ({flag}track=true), where its adapter has that, to join each one to the nearest of the "
                 "frames before.",
             )
-        confidence, said = _confidences(scores[rows], unknown)
+        confidence, changes = _confidences(scores[rows], unknown)
         poses = PoseSequence(points[rows], layout, frame, confidence, frame_index=frames[rows], person=person)
-        return poses.noted("scores", **said) if said else poses
+        return poses.noted("scores", **changes) if changes else poses
 
     def _finished(self, people: list[PoseSequence], clock: Clock | None) -> tuple[PoseSequence, ...]:
         """With the clock's times, and the notice that sightings without a name were left out."""
         unnamed = len(self) - sum(map(len, self._rows_of.values())) if self._rows_of else 0
         if unnamed:
-            said = notice("no-track-number", unnamed=unnamed, detections=len(self))
-            people = [poses.noted("track numbers", left_out=unnamed).saying(said) for poses in people]
+            no_track = notice("no-track-number", unnamed=unnamed, detections=len(self))
+            people = [poses.noted("track numbers", left_out=unnamed).saying(no_track) for poses in people]
         return tuple(people if clock is None else map(clock.on, people))
 
 
@@ -267,8 +267,8 @@ def _confidences(scores: np.ndarray, unknown: str) -> tuple[np.ndarray, dict[str
     if unknown:
         return np.full_like(scores, np.nan), {"unknown": unknown}
     outside = (scores < 0) | (scores > 1)
-    said = {"clipped": int(outside.sum()), "highest": float(np.nanmax(scores))} if outside.any() else {}
-    return np.clip(scores, 0, 1), said
+    changes = {"clipped": int(outside.sum()), "highest": float(np.nanmax(scores))} if outside.any() else {}
+    return np.clip(scores, 0, 1), changes
 
 
 def saying_nothing(scores: np.ndarray) -> str:
@@ -291,11 +291,11 @@ def followed(frames: np.ndarray, points: np.ndarray) -> dict[str, array[int]]:
     of all sightings, NaN where missing. A `Tracker` joins each to the nearest of the frames before; a row without
     a point is nobody."""
     people: dict[str, array[int]] = defaultdict(lambda: array("q"))
-    tracker, there = Tracker(), is_finite(points)
+    tracker, visible = Tracker(), is_finite(points)
     ordered = np.argsort(frames, kind="stable").tolist()
     for frame, everybody in groupby(ordered, key=frames.__getitem__):
-        rows = [row for row in everybody if there[row].any()]
-        names = tracker.names([sighted(int(frame), points[row], there[row]) for row in rows])
+        rows = [row for row in everybody if visible[row].any()]
+        names = tracker.names([sighted(int(frame), points[row], visible[row]) for row in rows])
         for row, name in zip(rows, names, strict=True):
             people[str(name)].append(row)
     return people

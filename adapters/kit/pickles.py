@@ -108,9 +108,9 @@ class _Wrapped:
 
     @property
     def numpy(self) -> np.ndarray:
-        said: dict[str, Any] = vars(self)
-        array = np.frombuffer(self.raw, said["dtype"].numpy)
-        return array.reshape(said["shape"], order="F" if said["order"] == "F" else "C")
+        attributes: dict[str, Any] = vars(self)
+        array = np.frombuffer(self.raw, attributes["dtype"].numpy)
+        return array.reshape(attributes["shape"], order="F" if attributes["order"] == "F" else "C")
 
 
 _NAMES = {
@@ -162,11 +162,11 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
             )
         super().load_build()  # type: ignore[misc]
         if isinstance(made, _Wrapped):
-            said = vars(made)
-            if said.get("numpy_array_alignment_bytes") is not None:
+            attributes = vars(made)
+            if attributes.get("numpy_array_alignment_bytes") is not None:
                 self.stream.read(self.stream.read(1)[0])
-            count = int(np.prod([int(n) for n in said["shape"]], dtype=object))
-            made.raw = self.stream.read(count * said["dtype"].numpy.itemsize)
+            count = int(np.prod([int(n) for n in attributes["shape"]], dtype=object))
+            made.raw = self.stream.read(count * attributes["dtype"].numpy.itemsize)
 
     dispatch[pickle.BUILD[0]] = load_build
 

@@ -171,8 +171,8 @@ def _header(lines: Sequence[str], names: Names) -> Header | None:
     cells = rows[0]
     if not all(map(_is_number, cells)):
         return _named([cells[0].lstrip("# "), *cells[1:]], delimiter, 1)
-    own = names(len(cells))
-    return None if own is None else _named(own, delimiter, 0)
+    column_names = names(len(cells))
+    return None if column_names is None else _named(column_names, delimiter, 0)
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -222,8 +222,8 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     numbered = {i: column for i, column in values.items() if _POINT.fullmatch(column.point)}
     if min((int(column.point) for column in numbered.values()), default=0) == 1:  # x1 to x33
         values |= {i: _Column(str(int(column.point) - 1), column.axis) for i, column in numbered.items()}
-    said = [kind_of(name) not in ("", "person") for name in names]
-    clocks = [i for i in range(len(names)) if said[i] and i not in coordinates and i != label]
+    is_clock = [kind_of(name) not in ("", "person") for name in names]
+    clocks = [i for i in range(len(names)) if is_clock[i] and i not in coordinates and i != label]
     if not values or (label is not None and not clocks):
         return None
     return Header(tuple(names), values, label, person, tuple(clocks), delimiter, lines)
@@ -257,10 +257,10 @@ def _read(rows: Iterator[tuple[int, list[str]]], header: Header, path: Path, rec
     columns = list(header.values)
     for line, row in rows:
         where = f"{path}, line {line}"
-        said = {header.names[i]: _decimal(row[i], header) for i in header.clocks if i < len(row)}
+        clock_cells = {header.names[i]: _decimal(row[i], header) for i in header.clocks if i < len(row)}
         person = None if header.person is None else _cell(row, header.person)
         person = None if person is None or person.lower() in (*_MISSING, "-1") else person
-        moment = moments.of(said, where, person)
+        moment = moments.of(clock_cells, where, person)
         if moment is None:
             continue
         try:
@@ -305,12 +305,12 @@ def _long(
     points: tuple[str, ...],
 ) -> Points:
     """Of a row a point: a point that comes again in a moment is the next person's."""
-    sighting, first, taken = np.zeros(len(at), dtype=np.int64), [], set()
+    sighting, first, labels = np.zeros(len(at), dtype=np.int64), [], set()
     for row, label in enumerate(label_of.tolist()):
-        if not row or at[row] != at[row - 1] or people[row] != people[row - 1] or label in taken:
+        if not row or at[row] != at[row - 1] or people[row] != people[row - 1] or label in labels:
             first.append(row)
-            taken = set()
-        taken.add(label)
+            labels = set()
+        labels.add(label)
         sighting[row] = len(first) - 1
     points_of = np.full((len(first), len(points), 4), np.nan, np.float32)
     for i, column in enumerate(header.values.values()):

@@ -78,18 +78,18 @@ class Flow:
     def how(self) -> str | None:
         """How keypoints and video contradict each other, "" where that is unclear; None where they do not."""
         turned = {"mirrored": self.mirrored, "backwards": self.backwards}
-        way = max(turned, key=turned.__getitem__)
-        if turned[way] > max(self.alike + _OTHER_WAY, _ALIKE):
+        turn = max(turned, key=turned.__getitem__)
+        if turned[turn] > max(self.alike + _OTHER_WAY, _ALIKE):
             return ": they move as in a video that " + (
-                "is mirrored" if way == "mirrored" else "runs backwards"
+                "is mirrored" if turn == "mirrored" else "runs backwards"
             )
         lag, rate, since = self.way
         least = _OF_A_PART if lag not in NEAR_LAGS else _ALIKE
         if self.gain > _BETTER and self.best > least and (abs(lag) > 1 or rate != 1):
             if rate != 1:
                 return f": they fit where their numbers grow {rate:.3g} times as fast as the video's"
-            way = "later" if lag > 0 else "earlier"
-            return f": they fit {abs(lag)} frames {way}" + (f" from frame {since} on" if since else "")
+            when = "later" if lag > 0 else "earlier"
+            return f": they fit {abs(lag)} frames {when}" + (f" from frame {since} on" if since else "")
         return "" if self.alike < _ALIKE else None
 
 

@@ -58,10 +58,10 @@ class FunctionDetector:
 
 def _found(points: np.ndarray) -> Found | None:
     """One person of keypoints (K, 3); None where there is no joint."""
-    there = np.asarray(is_finite(points[:, :2])) & points[:, :2].any(axis=-1)
-    if not there.any():
+    visible = np.asarray(is_finite(points[:, :2])) & points[:, :2].any(axis=-1)
+    if not visible.any():
         return None
-    score = np.where(there, np.clip(np.nan_to_num(points[:, 2]), 0, 1), 0)
-    low, high = points[there, :2].min(axis=0), points[there, :2].max(axis=0)
-    xy = np.where(there[:, None], points[:, :2], (low + high) / 2)  # what has no score counts for nothing
-    return Found(xy, score, np.concatenate([low, high]), float(score[there].mean()))
+    score = np.where(visible, np.clip(np.nan_to_num(points[:, 2]), 0, 1), 0)
+    low, high = points[visible, :2].min(axis=0), points[visible, :2].max(axis=0)
+    xy = np.where(visible[:, None], points[:, :2], (low + high) / 2)  # what has no score counts for nothing
+    return Found(xy, score, np.concatenate([low, high]), float(score[visible].mean()))

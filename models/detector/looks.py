@@ -60,6 +60,6 @@ class SeveralLooks:
             person = self._network.look(image, part)
             return person.xy, person.score
         width, other = image.shape[1], self.layout.mirror
-        there = Crop(width - part.left - part.width, part.top, part.width, part.height)
-        person = self._network.look(image[:, ::-1], there)
+        mirrored_part = Crop(width - part.left - part.width, part.top, part.width, part.height)
+        person = self._network.look(image[:, ::-1], mirrored_part)
         return np.array([width, 0]) + person.xy[other] * (-1, 1), person.score[other]

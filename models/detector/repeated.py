@@ -78,19 +78,19 @@ def without_repeats(detections: Detections) -> Detections:
     again = np.isin(detections.frame_index, detections.repeated)
     kept, moved = ~again, {"joints": detections.joints.copy(), "box": detections.box.copy()}
     for person in np.unique(detections.person[again]):
-        mine = np.flatnonzero(detections.person == person)
-        single = mine[~again[mine]]
+        of_person = np.flatnonzero(detections.person == person)
+        single = of_person[~again[of_person]]
         if len(single) < 2:
-            kept[mine] = True
+            kept[of_person] = True
             continue
         frames = detections.frame_index[single]
-        at = np.interp(detections.frame_index[mine], frames, np.arange(len(single)))
+        at = np.interp(detections.frame_index[of_person], frames, np.arange(len(single)))
         before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
         few, part = frames[after] - frames[before] <= _FEW + 1, at - before
-        kept[mine] |= few & (part > 0)
+        kept[of_person] |= few & (part > 0)
         for name, values in moved.items():
             share = part.reshape(-1, *[1] * (values.ndim - 1))
             a, b = (getattr(detections, name)[single[beside]] for beside in (before, after))
-            values[mine] = (1 - share) * a + share * b
+            values[of_person] = (1 - share) * a + share * b
     rows = {name: getattr(detections, name) for name in ("frame_index", "time_s", "person", "confidence")}
     return replace(detections, **{name: values[kept] for name, values in (rows | moved).items()})

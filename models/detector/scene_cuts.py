@@ -59,12 +59,12 @@ class Glance:
         NaN where unknown: a scene much like the one before, such as its mirror image, is told by the leap."""
         if not (self.shows and now.shows):
             return False
-        here, there = self._without_bars(now)
-        patterns = [(each - each.mean()) / max(each.std(), _FLAT) for each in (here, there)]
-        if float((np.abs(here - there) < _SAME).mean()) >= _STAYS:
+        earlier, later = self._without_bars(now)
+        patterns = [(each - each.mean()) / max(each.std(), _FLAT) for each in (earlier, later)]
+        if float((np.abs(earlier - later) < _SAME).mean()) >= _STAYS:
             return False
         if float((patterns[0] * patterns[1]).mean()) >= _ALIKE:
-            change, went = self.change_to(now), there - here
+            change, went = self.change_to(now), later - earlier
             of_light = min((went > _SAME).mean(), (went < -_SAME).mean()) < _BOTH
             if of_light or not (change >= MOVES and change >= _TIMES * before):
                 return False
@@ -79,8 +79,8 @@ class Glance:
             first, last = (int(among[0]), int(among[-1])) if len(among) else (0, 0)
             side = slice(first + (first > 0), last + (last == _SIDE - 1))  # less a bar's own edge
             window.append(side if side.stop - side.start >= _LEAST * _SIDE else slice(None))
-        here, there = (each[tuple(window)].astype(np.float32) for each in (self._small, now._small))
-        return here, there
+        earlier, later = (each[tuple(window)].astype(np.float32) for each in (self._small, now._small))
+        return earlier, later
 
     def _stays_at(self, now: Glance) -> bool:
         """Whether the next image shows the same, from a camera that stands or has turned, also past something near."""

@@ -72,22 +72,22 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     pixels, confidence, rows = on_grid(keypoints)
     rate = rate_of(keypoints, rows)
     refuse_two_people(pixels, rate)
-    seen = is_finite(pixels)
-    unseen = long_gaps(np.any(seen, axis=1), rate)[rows]
+    visible = is_finite(pixels)
+    unseen = long_gaps(np.any(visible, axis=1), rate)[rows]
     clock = clock_of(rate, rows)
     pixels, confidence = clock.rows(pixels, confidence)
     places = rows * clock.finer
-    told = _told(up, places, len(pixels))
+    ups = _ups_at(up, places, len(pixels))
     margin = network(model).reach + HALF_WINDOW  # the features' averages, beyond what an answer rests on
     answers = []
     for phases in clock.phases:
         joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
         for phase in range(min(phases, len(pixels))):
             part = slice(phase, None, phases)
-            given = pixels[part], confidence[part], told[part]
-            for kept, around, inside in overlapping(len(given[0]), _ROWS, margin):
-                seen_there, trust, up_there = (each[around] for each in given)
-                x, R_camera_from_ray = features(seen_there, trust, size, np.asarray(focal), up_there)
+            rows_of_phase = pixels[part], confidence[part], ups[part]
+            for kept, around, inside in overlapping(len(rows_of_phase[0]), _ROWS, margin):
+                pixels_around, trust, up_around = (each[around] for each in rows_of_phase)
+                x, R_camera_from_ray = features(pixels_around, trust, size, np.asarray(focal), up_around)
                 R_camera_from_ray = R_camera_from_ray[inside]
                 answer, sd = (each[inside] for each in _run_both(x, model, flip))
                 joints[part][kept] = rotate(R_camera_from_ray, answer.astype(np.float64))
@@ -101,7 +101,7 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     del answers
     joints[unseen], covariance[unseen] = np.nan, np.nan
     covariance.setflags(write=False)  # or it would be copied
-    on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
+    on_a_line = is_finite(pixels)[places] & ~visible[rows] & ~unseen[:, None]
     frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
     return Lifted(
         keypoints.with_(joints=joints, covariance=covariance, frame=frame),
@@ -116,16 +116,16 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     )
 
 
-def _told(up: np.ndarray | None, places: np.ndarray, count: int) -> np.ndarray:
-    """(count, 3) what is told of up (3,), or (T, 3) at these places (T,), NaN where nothing is; between two places that
-    are told it, what lies between them."""
-    told = np.full((count, 3), np.nan)
+def _ups_at(up: np.ndarray | None, places: np.ndarray, count: int) -> np.ndarray:
+    """(count, 3) the up (3,), or (T, 3) at these places (T,), NaN where it is not known; between two places at which it
+    is, what lies between them."""
+    ups = np.full((count, 3), np.nan)
     if up is not None:
         up = np.broadcast_to(up, (len(places), 3))
         between = np.stack([np.interp(np.arange(count), places, axis) for axis in up.T], axis=-1)
-        told = unit(between)
-        told[places] = up
-    return told
+        ups = unit(between)
+        ups[places] = up
+    return ups
 
 
 def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tuple[np.ndarray, np.ndarray]:

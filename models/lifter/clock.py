@@ -1,10 +1,10 @@
 """Keypoints of any frame rate, and with holes, as rows that the network was trained on.
 
 It saw 20 to 60 frames per second, most often 30, and hardly a joint that is missing for a frame or two. So rows that
-are further apart get others between them; rows that are nearer together are lifted as several takes, each of every so
-manieth row, once at about 60 a second and once at about 30, and all answers are averaged; and a joint that is missing
-for a moment lies on a line from where it was seen to where it is seen again. docs/research.md, "Frame rates and holes",
-has what each of these is worth.
+are further apart get others between them. Rows that are nearer together are lifted as several takes, each of every
+second row, or every third, ...: once at about 60 a second and once at about 30, and all answers are averaged. A joint
+that is missing for a moment lies on a line from where it was seen to where it is seen again. docs/research.md, "Frame
+rates and holes", has what each of these is worth.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ class Clock:
         fine_pixels = np.full((count, *pixels.shape[1:]), np.nan)
         fine_confidence = np.full((count, pixels.shape[1]), np.nan)
         fine_pixels[:: self.finer], fine_confidence[:: self.finer] = pixels, confidence
-        row, seen = np.arange(count), is_finite(fine_pixels)
-        for joint in np.flatnonzero(seen.any(axis=0)):
-            there = np.flatnonzero(seen[:, joint])
-            after = np.searchsorted(there, row)  # of the sightings, the first that is not before the row
-            inside = (after > 0) & (after < len(there)) & ~seen[:, joint]
+        row, visible = np.arange(count), is_finite(fine_pixels)
+        for joint in np.flatnonzero(visible.any(axis=0)):
+            sightings = np.flatnonzero(visible[:, joint])
+            after = np.searchsorted(sightings, row)  # of the sightings, the first that is not before the row
+            inside = (after > 0) & (after < len(sightings)) & ~visible[:, joint]
             after = after[inside]
-            one, other = there[after - 1], there[after]
-            near = other - one <= self.longest + 1
-            gap, one, other = row[inside][near], one[near], other[near]
-            share = ((gap - one) / (other - one))[:, None]
-            ends = fine_pixels[one, joint], fine_pixels[other, joint]
+            before, behind = sightings[after - 1], sightings[after]
+            near = behind - before <= self.longest + 1
+            gap, before, behind = row[inside][near], before[near], behind[near]
+            share = ((gap - before) / (behind - before))[:, None]
+            ends = fine_pixels[before, joint], fine_pixels[behind, joint]
             fine_pixels[gap, joint] = (1 - share) * ends[0] + share * ends[1]
             fine_confidence[gap, joint] = np.minimum(
-                fine_confidence[one, joint], fine_confidence[other, joint]
+                fine_confidence[before, joint], fine_confidence[behind, joint]
             )
         return fine_pixels, fine_confidence
 

@@ -42,26 +42,31 @@ def features(
     library: Any = library_of(keypoints)
     rays = (keypoints - image_size[..., None, None, :] / 2) / focal_px[..., None, None, None]
     present = library.isfinite(rays).all(-1)
-    seen = present.any(-1)
+    visible = present.any(-1)
     rays = library.nan_to_num(rays, posinf=0.0, neginf=0.0)
-    centre = _filled(_centre(rays, present), seen)
+    centre = _filled(_centre(rays, present), visible)
     told_up: Any = np.nan * _homogeneous(centre) if up is None else up
     R_camera_from_ray = ray_rotation(centre, told_up)
     rise = dot(R_camera_from_ray[..., 2], told_up)
-    known = library.isfinite(rise)
+    up_is_known = library.isfinite(rise)
     turned = rotate(transpose(R_camera_from_ray), _homogeneous(rays))
     turned = turned[..., :2] / turned[..., 2:].clip(0.1) * present[..., None]
 
     size = library.sqrt((turned**2).sum((-2, -1)) / present.sum(-1).clip(1))
-    mean_size = _averaged(size, seen).clip(1e-6)
-    usual = library.stack([_averaged(centre[..., i], seen) for i in (0, 1)], -1)
-    way = library.tanh((centre - usual) / mean_size[..., None] / 4)
+    mean_size = _averaged(size, visible).clip(1e-6)
+    usual = library.stack([_averaged(centre[..., i], visible) for i in (0, 1)], -1)
+    beside_usual = library.tanh((centre - usual) / mean_size[..., None] / 4)
     image = (turned / mean_size[..., None, None]).clip(-5, 5)
     trust = library.where(present, library.where(library.isnan(confidence), 0.7, confidence), 0.0)
-    told = (size / mean_size - 1, library.log(mean_size) + 2, library.where(known, rise, 0.0), 1.0 * known)
-    extra = library.stack([way[..., 0], way[..., 1], *told], -1)
+    size_and_up = (
+        size / mean_size - 1,
+        library.log(mean_size) + 2,
+        library.where(up_is_known, rise, 0.0),
+        1.0 * up_is_known,
+    )
+    extra = library.stack([beside_usual[..., 0], beside_usual[..., 1], *size_and_up], -1)
     flat = image.reshape(*image.shape[:-2], -1)
-    parts = [flat, trust, 1.0 * present, library.where(seen[..., None], extra, 0.0)]
+    parts = [flat, trust, 1.0 * present, library.where(visible[..., None], extra, 0.0)]
     return library.asarray(library.concatenate(parts, -1), dtype=library.float32), R_camera_from_ray
 
 
@@ -118,22 +123,22 @@ def _centre(rays: Array, present: Array) -> Array:
     return (rays * use[..., None]).sum(-2) / use.sum(-1).clip(1)[..., None]
 
 
-def _filled(centre: Array, seen: Array) -> Array:
+def _filled(centre: Array, visible: Array) -> Array:
     """centre (..., T, 2) with frames without a person taking the last value before, at the start the first after."""
     library: Any = library_of(centre)
-    frame = library.arange(seen.shape[-1], device=centre.device)
-    last: Any = library.where(seen, frame, -1)
+    frame = library.arange(visible.shape[-1], device=centre.device)
+    last: Any = library.where(visible, frame, -1)
     last = np.maximum.accumulate(last, -1) if library is np else last.cummax(-1).values
-    source = library.where(last >= 0, last, (1 * seen).argmax(-1)[..., None])[..., None]
-    taken: Any = np.take_along_axis if library is np else library.take_along_dim
-    return taken(centre, source, -2)
+    source = library.where(last >= 0, last, (1 * visible).argmax(-1)[..., None])[..., None]
+    take_along: Any = np.take_along_axis if library is np else library.take_along_dim
+    return take_along(centre, source, -2)
 
 
-def _averaged(values: Array, seen: Array) -> Array:
+def _averaged(values: Array, visible: Array) -> Array:
     """(..., T) mean of the seen values within HALF_WINDOW frames; of what there is at the ends of a take."""
     library: Any = library_of(values)
     frames = values.shape[-1]
-    sums = library.cumsum(library.stack([library.where(seen, values, 0.0), 1.0 * seen], -1), -2)
+    sums = library.cumsum(library.stack([library.where(visible, values, 0.0), 1.0 * visible], -1), -2)
     sums = library.concatenate([library.zeros_like(sums[..., :1, :]), sums], -2)
     frame = library.arange(frames, device=values.device)
     first, behind = (frame - HALF_WINDOW).clip(min=0), (frame + HALF_WINDOW + 1).clip(max=frames)

@@ -43,11 +43,11 @@ class FunctionLifter:
         pixels, confidence, rows = on_grid(keypoints)
         rate = rate_of(keypoints, rows)
         refuse_two_people(pixels, rate)
-        seen = is_finite(pixels)
-        score = np.where(seen, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
+        visible = is_finite(pixels)
+        score = np.where(visible, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
         x = np.concatenate([filled(pixels), score[..., None]], axis=-1).astype(np.float32)
         joints = self._answer(x, (width, height), rate or USUAL_HZ, keypoints.frame_index)
-        unseen = long_gaps(np.any(seen, axis=1), rate)
+        unseen = long_gaps(np.any(visible, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
         joints = joints - joints[:, [H36M17.index("pelvis")]]
         frame = CAMERA.with_(origin="pelvis", unit=self.unit)
@@ -58,7 +58,7 @@ class FunctionLifter:
             focal_px=None,
             focal_known=asked.focal_known,
             frames_without_joints=int(unseen[rows].sum()),
-            joints_on_a_line=int((~seen[rows] & ~unseen[rows, None]).sum()),
+            joints_on_a_line=int((~visible[rows] & ~unseen[rows, None]).sum()),
         )
 
     def _answer(self, x: np.ndarray, size: tuple[int, int], fps: float, frames: np.ndarray) -> np.ndarray:

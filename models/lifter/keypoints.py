@@ -68,11 +68,11 @@ def checked_size(asked: ToLift) -> np.ndarray:
     return size
 
 
-def long_gaps(seen: np.ndarray, rate: float | None) -> np.ndarray:
-    """(T,) True in runs of more than half a second of frames (T,) that are not seen. rate: of rate_of."""
+def long_gaps(visible: np.ndarray, rate: float | None) -> np.ndarray:
+    """(T,) True in runs of more than half a second of frames that are not visible (T,). rate: of rate_of."""
     longest = round(_GAP_S * (rate or USUAL_HZ))
-    gaps = np.zeros(len(seen), dtype=bool)
-    for start, end in stretches(~seen):
+    gaps = np.zeros(len(visible), dtype=bool)
+    for start, end in stretches(~visible):
         gaps[start:end] = end - start > longest
     return gaps
 
@@ -110,8 +110,8 @@ def rate_of(keypoints: PoseSequence, rows: np.ndarray) -> float | None:
     """Evenly spaced frames a second, of keypoints with these places (T,) among them (on_grid); None where unknown."""
     if keypoints.time_s is None or len(rows) < 2:
         return None
-    each = np.diff(keypoints.time_s) / np.diff(rows)
-    return 1 / float(each[each <= _HOLE * np.median(each)].mean())
+    step_s = np.diff(keypoints.time_s) / np.diff(rows)
+    return 1 / float(step_s[step_s <= _HOLE * np.median(step_s)].mean())
 
 
 def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:
@@ -128,10 +128,10 @@ def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:
 
 def _jumps(joints: np.ndarray, rate: float | None) -> int:
     """How often the whole body lands somewhere else."""
-    there = is_finite(joints)
-    low, high = (np.where(there[..., None], joints, fill) for fill in (np.inf, -np.inf))
+    visible = is_finite(joints)
+    low, high = (np.where(visible[..., None], joints, fill) for fill in (np.inf, -np.inf))
     side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)
-    both = there[1:] & there[:-1]
+    both = visible[1:] & visible[:-1]
     usable = np.flatnonzero(both.sum(axis=1) >= _MIN_JOINTS)
     step = np.where(both[..., None], np.diff(joints, axis=0), np.nan)[usable]
     moved = np.linalg.norm(np.nanmedian(step, axis=1), axis=-1) if len(usable) else np.zeros(0)

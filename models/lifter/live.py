@@ -49,11 +49,11 @@ class LiveLifter:
 
         -> (17, 3), H36M17 in CAMERA axes relative to the pelvis, unit arbitrary; NaN for a frame without a joint.
         """
-        seen = remap(PoseSequence(xy[None], self._layout, IMAGE, confidence=score[None]), H36M17)
+        keypoints = remap(PoseSequence(xy[None], self._layout, IMAGE, confidence=score[None]), H36M17)
         if time_s is not None:
             self._push_lacking(time_s)
-        self._push(seen.joints[0], seen.confidence[0], np.nan if time_s is None else time_s)
-        if not is_finite(seen.joints).any():
+        self._push(keypoints.joints[0], keypoints.confidence[0], np.nan if time_s is None else time_s)
+        if not is_finite(keypoints.joints).any():
             return np.full((len(H36M17), 3), np.nan)
         clock = clock_of(self._rate())
         last = slice(-min(self._count, len(self._pixels) // clock.finer + 1), None)

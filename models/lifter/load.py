@@ -28,10 +28,10 @@ def load_lifter(
     name.
     InputError for an unknown name or kind and for a network that is no lifter.
     """
-    known = (KIND, *KINDS)
-    if kind not in (None, name, *known):
+    kinds = (KIND, *KINDS)
+    if kind not in (None, name, *kinds):
         raise InputError(
-            "name-unknown", f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}"
+            "name-unknown", f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), kinds)}"
         )
     if not isinstance(name, str | Path):
         return _opened(FunctionLifter(name, unit or "arbitrary"), "function", kind)

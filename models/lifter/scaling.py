@@ -35,8 +35,8 @@ def crop_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarr
 
     MotionBERT, lib/utils/utils_data.py, crop_scale with scale 1, by infer_wild.py without --pixel.
     """
-    found = pixels[confidence > 0]
-    low, high = found.min(axis=0), found.max(axis=0)
+    visible = pixels[confidence > 0]
+    low, high = visible.min(axis=0), visible.max(axis=0)
     side = max(float((high - low).max()), 1e-6)
     return np.clip((pixels - (low + high) / 2) / (side / 2), -1, 1)
 

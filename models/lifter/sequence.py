@@ -59,8 +59,8 @@ class SequenceLifter:
         pixels, confidence, rows = on_grid(remap(keypoints, kind.layout))
         rate = rate_of(keypoints, rows)
         refuse_two_people(pixels, rate)
-        seen = is_finite(pixels)
-        confidence = np.where(seen, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
+        visible = is_finite(pixels)
+        confidence = np.where(visible, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
         x = kind.scaled(filled(pixels), confidence, size)
         if self.channels == 3:
             x = np.concatenate([x, confidence[..., None]], axis=-1)
@@ -69,7 +69,7 @@ class SequenceLifter:
             mirror = kind.layout.mirror
             turned = x[:, mirror] * np.array([-1, 1, 1][: self.channels])
             joints = (joints + self._answer(turned)[:, H36M17.mirror] * np.array([-1, 1, 1])) / 2
-        unseen = long_gaps(np.any(seen, axis=1), rate)
+        unseen = long_gaps(np.any(visible, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
         focal: dict[str, Any] = {"focal_px": None}
         if kind.crop:
@@ -84,7 +84,7 @@ class SequenceLifter:
             **focal,
             flip=flip,
             frames_without_joints=int(unseen[rows].sum()),
-            joints_on_a_line=int((~seen[rows] & ~unseen[rows, None]).sum()),
+            joints_on_a_line=int((~visible[rows] & ~unseen[rows, None]).sum()),
         )
 
     def _answer(self, x: np.ndarray) -> np.ndarray:
@@ -140,13 +140,13 @@ def span_of(network: OnnxFile) -> Span:
     tries = (shape[1],) if shape[1] else (_CLIP, _LONG)
     for frames in tries:
         try:
-            answered = len(answer(network, np.zeros((frames, _JOINTS, shape[3] or 0))))
+            answers = len(answer(network, np.zeros((frames, _JOINTS, shape[3] or 0))))
         except Exception:  # onnxruntime's errors have no common class but Exception
             continue
-        if answered == frames:
+        if answers == frames:
             return Span(shape[1], None)
-        if 0 < answered < frames:
-            return Span(shape[1], frames - answered + 1)
+        if 0 < answers < frames:
+            return Span(shape[1], frames - answers + 1)
     tried = " or ".join(map(str, tries))
     raise InputError(
         "wrong-network",
