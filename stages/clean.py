@@ -64,10 +64,10 @@ class Clean:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
         if take.keypoints is not None and poses.layout.is_body:
             size = image_size(take)
-            given = any(
+            keypoints_of_file = any(
                 each["role"] == "keypoints" for each in take.inputs
             )  # those of this video have its size
-            if given and (doubt := check_size(take.keypoints, size)):
+            if keypoints_of_file and (doubt := check_size(take.keypoints, size)):
                 notices.append(doubt)
             if poses.made_by.kind != "measured":
                 hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
@@ -79,8 +79,8 @@ class Clean:
 def _absent(poses: PoseSequence) -> list[str]:
     """Joints that no frame has, as of files without a head."""
     poses = poses.without_feet
-    there = is_finite(poses.joints)
-    return [joint for joint in poses.layout.joints if not there[:, poses.layout.index(joint)].any()]
+    visible = is_finite(poses.joints)
+    return [joint for joint in poses.layout.joints if not visible[:, poses.layout.index(joint)].any()]
 
 
 def _lacking(time_s: np.ndarray) -> list[Notice]:
@@ -260,10 +260,10 @@ def _filled(
         return joints, count
     clip = np.searchsorted(np.asarray(seams), np.arange(len(joints)), side="right")
     for joint in range(joints.shape[1]):
-        there = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
-        if len(there) < 2 or len(there) == len(joints):
+        visible = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
+        if len(visible) < 2 or len(visible) == len(joints):
             continue
-        before, after = there[:-1], there[1:]
+        before, after = visible[:-1], visible[1:]
         # A gap of n frames spans n + 1 intervals; its own length is one interval less.
         length_s = (time_s[after] - time_s[before]) * (1 - 1 / (after - before))
         short = (after - before > 1) & (length_s <= max_gap_s + 1e-9) & (clip[before] == clip[after])
@@ -272,7 +272,7 @@ def _filled(
         )
         rows = rows.astype(int)
         if len(rows):
-            times, path = time_s[there], joints[there, joint].astype(np.float64)
+            times, path = time_s[visible], joints[visible, joint].astype(np.float64)
             joints[rows, joint] = on_spline(times, path, monotone_slopes(times, path), time_s[rows])
             count += len(rows)
     return joints, count

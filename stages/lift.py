@@ -184,7 +184,7 @@ def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> l
 
 def _focal(lifted: Lifted) -> list[Notice]:
     """What the focal length was, or would be, good for."""
-    focal_px, given = lifted.focal_px, lifted.focal_known
+    focal_px, is_known = lifted.focal_px, lifted.focal_known
     if lifted.placed:
         at = "" if focal_px is None else f", at a focal length of {focal_px:.0f} pixels"
         return [
@@ -194,7 +194,7 @@ def _focal(lifted: Lifted) -> list[Notice]:
                 reason=f"the path of the pelvis is the lifter's own{at}",
             )
         ]
-    if focal_px is None or given:
+    if focal_px is None or is_known:
         return []
     if lifted.bearing_deg is None:
         return [notice("focal-guessed", focal_px=focal_px, costs="place and speed are less sure")]

@@ -112,10 +112,10 @@ def _said(
 ) -> Notice:
     """poses: placed. visible: (T,) whether a frame has any joint; the path bridges others. stature_m: told, by which
     the stage `scale` makes metres of lengths later."""
-    there = is_finite(path.root)
-    own = float(np.median(np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])))
-    posture = _POSTURE_SD * float(np.median(np.linalg.norm(path.root[there], axis=1)))
-    placed, frames, bridged = int((there & visible).sum()), len(visible), int((there & ~visible).sum())
+    located = is_finite(path.root)
+    own_sd = float(np.median(np.sqrt(np.linalg.eigvalsh(path.own[located])[:, -1])))
+    posture = _POSTURE_SD * float(np.median(np.linalg.norm(path.root[located], axis=1)))
+    placed, frames, bridged = int((located & visible).sum()), len(visible), int((located & ~visible).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
     guess = "; the focal length is a guess" if camera.focal_source == "prior" else ""
@@ -124,7 +124,7 @@ def _said(
         placed=placed,
         frames=frames,
         bridges=bridges,
-        within=half_bar(metres * float(np.hypot(own, posture))),
+        within=half_bar(metres * float(np.hypot(own_sd, posture))),
         unit="m" if poses.frame.unit == "m" or stature_m is not None else "units",
         size_percent=half_bar(100 * SCALE_SD),
         depth=f"because of the focal length, the distance from the camera is within {share:g} %"

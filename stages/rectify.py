@@ -87,8 +87,8 @@ def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, 
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices.append(notice("up-of-unusable"))
     inverted = any(finding.code == "upside-down" for finding in judged)
-    if (said := nobody_upright(rectified)) and not inverted:
-        notices.append(said)
+    if (lying := nobody_upright(rectified)) and not inverted:
+        notices.append(lying)
     return rectified, notices
 
 
@@ -132,15 +132,15 @@ def rectify(
     as of a file, and if the camera's lean is given twice.
     """
     guards = Guards(missing="gap", check=check)
-    given = poses_given(poses, Meaning(axes, joints, unit), fps, guards)
+    source = poses_given(poses, Meaning(axes, joints, unit), fps, guards)
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    ((rectified, notices),) = _rectify([given], rectifier, told, view)
-    doubted = doubts(given) if check == "refuse" else ()
+    ((rectified, notices),) = _rectify([source], rectifier, told, view)
+    doubted = doubts(source) if check == "refuse" else ()
     rectified, more = _judged(rectified, doubted)
-    said = without_doubles((*rectified.level.notices, *doubted, *notices, *more))
-    for each in grave(said) if check == "refuse" else ():
+    all_notices = without_doubles((*rectified.level.notices, *doubted, *notices, *more))
+    for each in grave(all_notices) if check == "refuse" else ():
         warnings.warn(each.text, stacklevel=2)
-    return replace(rectified, level=rectified.level.with_(notices=said))
+    return replace(rectified, level=rectified.level.with_(notices=all_notices))
 
 
 def rectify_together(
@@ -162,8 +162,8 @@ def rectify_together(
     their own up in each frame, and all share the heading.
     """
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    given = [poses_given(poses, Meaning(), guards=Guards(check=check)) for poses in people]
-    return tuple(rectified for rectified, _ in _rectify(given, rectifier, told, view))
+    sources = [poses_given(poses, Meaning(), guards=Guards(check=check)) for poses in people]
+    return tuple(rectified for rectified, _ in _rectify(sources, rectifier, told, view))
 
 
 def _rectify(
@@ -257,12 +257,12 @@ def _rectified(
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
     reason = why_not(levelled)
-    said: dict[str, Any] = {
+    options: dict[str, Any] = {
         "gravity": told.gravity, "pitch_deg": told.pitch_deg, "roll_deg": told.roll_deg,
     }  # fmt: skip
-    said = {name: value for name, value in said.items() if value is not None}
+    options = {name: value for name, value in options.items() if value is not None}
     camera: CameraMotion = "moving" if told.moving else "static"
-    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
+    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **options)
     return Rectified(
         level=noted.moved(transpose(R_source_from_level), frame=LEVEL.with_(unit=source.frame.unit)),
         R_source_from_body=R_source_from_body,

@@ -186,9 +186,9 @@ def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
     drawable = is_finite(np.stack([x, bottom, top], axis=-1))
     pieces = []
     for start, stop in stretches(np.asarray(drawable)):
-        there = [*range(start, stop)]
-        points = [f"{x[i]:.1f} {bottom[i]:.1f}" for i in there]
-        points += [f"{x[i]:.1f} {top[i]:.1f}" for i in reversed(there)]
+        rows = [*range(start, stop)]
+        points = [f"{x[i]:.1f} {bottom[i]:.1f}" for i in rows]
+        points += [f"{x[i]:.1f} {top[i]:.1f}" for i in reversed(rows)]
         pieces.append(f"M{'L'.join(points)}z")
     return "".join(pieces)
 

@@ -119,8 +119,8 @@ class Facts:
         """What up rests on, in a sentence; empty where nothing was estimated."""
         shares = {name: source.share for name, source in self.sources.items() if source.share is not None}
         largest = sorted(shares.items(), key=lambda share: -share[1])
-        said = [f"{SOURCES.get(name, name)} ({100 * part:.0f} %)" for name, part in largest if part >= 0.005]
-        return f"It is based on {', '.join(said)}." if said else ""
+        parts = [f"{SOURCES.get(name, name)} ({100 * part:.0f} %)" for name, part in largest if part >= 0.005]
+        return f"It is based on {', '.join(parts)}." if parts else ""
 
 
 def facts_of(take: Take) -> Facts:

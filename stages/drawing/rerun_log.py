@@ -187,9 +187,9 @@ def log_body_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequenc
 
     for side in _BODY_SIDES:
         for clock, joints in _pieces(recording, poses):
-            known, places = _bones(joints, poses.layout, side)
+            has_length, places = _bones(joints, poses.layout, side)
             columns = rr.InstancePoses3D.columns(**places)
-            recording.send_columns(f"{entity}/{side}", clock, columns.partition(known.sum(axis=1)))
+            recording.send_columns(f"{entity}/{side}", clock, columns.partition(has_length.sum(axis=1)))
 
 
 def log_body_now(recording: rr.RecordingStream, entity: str, joints: np.ndarray, layout: Layout) -> None:
@@ -206,10 +206,10 @@ def _bones(joints: np.ndarray, layout: Layout, side: str) -> tuple[np.ndarray, d
     starts, ends = _ends(layout, side)
     bone = joints[:, ends] - joints[:, starts]
     length = np.linalg.norm(bone, axis=-1)
-    known = np.asarray(length > 0)  # and not NaN
-    scales = np.repeat(length[known][:, None], 3, axis=1)
-    return known, {
-        "translations": joints[:, starts][known], "quaternions": along(bone[known]), "scales": scales
+    has_length = np.asarray(length > 0)  # and not NaN
+    scales = np.repeat(length[has_length][:, None], 3, axis=1)
+    return has_length, {
+        "translations": joints[:, starts][has_length], "quaternions": along(bone[has_length]), "scales": scales
     }  # fmt: skip
 
 
@@ -296,5 +296,5 @@ def log_notices(recording: rr.RecordingStream, notices: Sequence[Notice], clock:
     )
 
 
-def _first_row(said: Notice) -> int:
-    return said.rows[0] if said.rows else 0
+def _first_row(event: Notice) -> int:
+    return event.rows[0] if event.rows else 0

@@ -21,8 +21,8 @@ def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = Non
     visible = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(visible):
         return []
-    there = np.flatnonzero(is_finite(joints).any(axis=0))
-    joints = joints if len(there) == joints.shape[1] else joints[:, there]
+    present = np.flatnonzero(is_finite(joints).any(axis=0))
+    joints = joints if len(present) == joints.shape[1] else joints[:, present]
     usual = np.nanmedian(joints[visible], axis=0)
     rows = []
     for part in np.array_split(visible, min(count, len(visible))):

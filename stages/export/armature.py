@@ -97,19 +97,19 @@ class Armature:
 
     def notes(self, file: str) -> tuple[Notice, ...]:
         """What a reader of a file of it has to know that the file itself does not show."""
-        said, names = [], self.skeleton.names
+        notices, names = [], self.skeleton.names
         if round(self.time_s[0], 3):
-            said.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
+            notices.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
         by_count = defaultdict(list)
         for name, count in self.held.items():
             by_count[count].append(name)
         for count, joints in by_count.items():
             values: dict[str, Any] = {"held": count, "frames": len(self.root), "joints": ", ".join(joints)}
-            said.append(notice("animation-held", file=file, **values))
+            notices.append(notice("animation-held", file=file, **values))
         limbs = ([i for i, name in enumerate(names) if name.endswith(start)] for start, *_ in _LIMBS)
         legs, arms = (100 * float(np.mean(~self.axial_known[:, of])) if of else 100.0 for of in limbs)
-        said.append(notice("axial-guessed", file=file, legs=legs, arms=arms))
-        return tuple(said)
+        notices.append(notice("axial-guessed", file=file, legs=legs, arms=arms))
+        return tuple(notices)
 
 
 def armature(take: Take, called: BoneNames = "joints") -> Armature:
@@ -228,15 +228,15 @@ def bone_rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def _axial_known(at: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
     """(N, J) whether the joints tell how a joint's bone turns about its own length: of a limb while it is bent."""
-    told = {name: np.full(len(at["pelvis"]), name not in _NEVER_TOLD) for name in names}
+    known = {name: np.full(len(at["pelvis"]), name not in _NEVER_TOLD) for name in names}
     for start, middle, end in _LIMBS:
         for side in "rl":
             upper, lower = (
                 unit(at[f"{side}_{far}"] - at[f"{side}_{near}"]).T
                 for near, far in ((start, middle), (middle, end))
             )
-            told |= dict.fromkeys((f"{side}_{start}", f"{side}_{middle}"), tells_axis(upper, lower))
-    return np.stack([told[name] for name in names], axis=1)
+            known |= dict.fromkeys((f"{side}_{start}", f"{side}_{middle}"), tells_axis(upper, lower))
+    return np.stack([known[name] for name in names], axis=1)
 
 
 def _offsets(at: dict[str, np.ndarray], R_world: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -292,9 +292,9 @@ def _sagittal(bone: np.ndarray, R_world_from_thorax: np.ndarray) -> np.ndarray:
 
 def _median(points: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
     """(3,) the median of points (N, 3) in a joint's own axes; NaN of none."""
-    own = rotate(transpose(R_world_from_joint), points[:, None])[:, 0]
-    own = own[is_finite(own)]
-    return np.median(own, axis=0) if len(own) else np.full(3, np.nan)
+    in_joint = rotate(transpose(R_world_from_joint), points[:, None])[:, 0]
+    in_joint = in_joint[is_finite(in_joint)]
+    return np.median(in_joint, axis=0) if len(in_joint) else np.full(3, np.nan)
 
 
 def _length(bone: np.ndarray) -> float:

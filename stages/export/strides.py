@@ -73,15 +73,15 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     import pyarrow as pa
 
     degrees = [f"{name}_deg" for name in _angles(take)]
-    own = [column for name in _angles(take) for column in (f"{name}_deg", f"{name}_sd_deg")]
+    angle_columns = [column for name in _angles(take) for column in (f"{name}_deg", f"{name}_sd_deg")]
     kinds = {"movement": pa.string(), "side": pa.string(), "number": pa.int32(), "percent": pa.int32()}
-    kinds |= {"time_s": pa.float64(), "event": pa.string()} | dict.fromkeys(own, pa.float32())
+    kinds |= {"time_s": pa.float64(), "event": pa.string()} | dict.fromkeys(angle_columns, pa.float32())
     yield pa.schema(kinds).empty_table()
     if take.measures is None or take.filtered is None:
         return
     times, seams, columns = take.filtered.times, breaks(take.filtered), take.need("kinematics")
     angles = np.stack(
-        [unwrapped(columns[name]) if name in degrees else columns[name] for name in own], axis=-1
+        [unwrapped(columns[name]) if name in degrees else columns[name] for name in angle_columns], axis=-1
     )
     for cycle in cycles_of(take.measures):
         at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
@@ -92,11 +92,11 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
         own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
         at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
         curves = each_path(at_percents, angles[near].astype(np.float64), POINTS)
-        values = dict(zip(own, curves.T, strict=True))
+        values = dict(zip(angle_columns, curves.T, strict=True))
         for name in degrees:
             values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)
-        told = {"movement": cycle.movement, "side": cycle.side, "number": cycle.number}
-        rows = {name: [value] * POINTS for name, value in told.items()}
+        labels = {"movement": cycle.movement, "side": cycle.side, "number": cycle.number}
+        rows = {name: [value] * POINTS for name, value in labels.items()}
         rows |= {"percent": np.arange(POINTS), "time_s": at_s}
         rows |= {"event": [events.get(percent, "") for percent in range(POINTS)]} | values
         yield pa.table(
@@ -111,17 +111,17 @@ def _angles(take: Take) -> list[str]:
 def _events(walking: Measures, cycle: Cycle) -> dict[int, str]:
     """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other. walking:
     that group of a take."""
-    found = {}
+    events = {}
     for prefix, side in (("other ", _OTHER[cycle.side]), ("", cycle.side)):
         for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
             for at_s in walking.group(side).times(name):
                 percent = 100 * (at_s - cycle.start_s) / (cycle.stop_s - cycle.start_s)
                 if -0.5 <= percent <= 100.5:
-                    found[round(percent)] = f"{prefix}{words}"
-    return found
+                    events[round(percent)] = f"{prefix}{words}"
+    return events
 
 
 def _within_range(curve_deg: np.ndarray, centre_deg: float) -> np.ndarray:
     """A curve (101,) moved by whole turns, so that it begins within 180 degrees of centre_deg."""
-    known = curve_deg[np.isfinite(curve_deg)]
-    return curve_deg + near(known[0], centre_deg) - known[0] if len(known) else curve_deg
+    finite = curve_deg[np.isfinite(curve_deg)]
+    return curve_deg + near(finite[0], centre_deg) - finite[0] if len(finite) else curve_deg

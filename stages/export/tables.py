@@ -71,10 +71,10 @@ def _told(part: pa.Table) -> pa.Table:
     """The table with a column of each line of provenance without which its figures mean nothing."""
     import pyarrow as pa
 
-    said = {name.decode(): text.decode() for name, text in part.schema.metadata.items()}
+    metadata = {name.decode(): text.decode() for name, text in part.schema.metadata.items()}
     for name in ("length_unit", "horizontal"):
-        if name in said:
-            part = part.append_column(name, pa.array([said[name]] * len(part)))
+        if name in metadata:
+            part = part.append_column(name, pa.array([metadata[name]] * len(part)))
     return part
 
 
@@ -84,11 +84,11 @@ def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
 
     poses = take.need("poses")
     columns = {"frame": poses.frame_index, "time_s": poses.times, **take.need("kinematics")}
-    said, length = provenance(take), poses.frame.unit
+    metadata, length = provenance(take), poses.frame.unit
     for rows in blocks(len(poses), _ROWS):
         arrays = [pa.array(values[rows], from_pandas=missing_is_null) for values in columns.values()]
         fields = [
             pa.field(name, array.type, metadata={"unit": unit} if (unit := unit_of(name, length)) else None)
             for name, array in zip(columns, arrays, strict=True)
         ]
-        yield pa.table(arrays, schema=pa.schema(fields, metadata=said))
+        yield pa.table(arrays, schema=pa.schema(fields, metadata=metadata))

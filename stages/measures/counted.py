@@ -43,8 +43,8 @@ def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
             ).reshape(-1, 2)
             for angle in counted.movement.shown:
                 curves += mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
-            own = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
-            rows += _inside(counted.movement.name, own, side_of(counted.movement.drivers[0]))
+            group_rows = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
+            rows += _inside(counted.movement.name, group_rows, side_of(counted.movement.drivers[0]))
         rows += _inside(place, [Curves(tuple(curves))] if curves else [])
     return rows
 

@@ -77,9 +77,9 @@ def spread(
     if not len(values):
         return []
     sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
-    own = np.fmax(sd, resolution) / np.sqrt(len(values))
+    own_sd = np.fmax(sd, resolution) / np.sqrt(len(values))
     has_error = np.isfinite(sd) or shared
-    error = float(np.hypot(own, shared) if has_error else 0.0) or float("nan")  # no error is known to be 0
+    error = float(np.hypot(own_sd, shared) if has_error else 0.0) or float("nan")  # no error is known to be 0
     mean = Measure(f"mean_{name}", float(values.mean()), stated(error))
     return [mean, *deviation(name, values, resolution)]
 

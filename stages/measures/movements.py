@@ -104,8 +104,8 @@ class Counted:
     sd: np.ndarray
 
 
-def count(motion: Motion, movement: Movement, taken: Spans = (), ankle: np.ndarray | None = None) -> Counted:
-    """How often it was made. Of a movement in place taken: (begin, end) in seconds in which the feet do something else,
+def count(motion: Motion, movement: Movement, busy: Spans = (), ankle: np.ndarray | None = None) -> Counted:
+    """How often it was made. Of a movement in place busy: (begin, end) in seconds in which the feet do something else,
     as in steps and landings, and ankle: (T,) statures, the lower one's height, None where that is not known."""
     driver, sd = _driver(motion, movement)
     usual = known_median(sd)
@@ -118,7 +118,7 @@ def count(motion: Motion, movement: Movement, taken: Spans = (), ankle: np.ndarr
         for repetition in repetitions(driver, motion.times, least, motion.seams, movement.up - movement.rise)
         if (any(repetition.cut) or repetition.rise >= _OWN * movement.rise)
         and (not movement.needs_up or _upright(motion, repetition))
-        and (not movement.in_place or _in_place(motion, repetition, driver, feet, taken, ankle))
+        and (not movement.in_place or _in_place(motion, repetition, driver, feet, busy, ankle))
     ]
     holds = tuple(repetition for repetition in candidates if repetition.is_hold)
     moved = [repetition for repetition in candidates if not repetition.is_hold]
@@ -151,7 +151,7 @@ def _in_place(
     bend: Repetition,
     bent: np.ndarray,
     feet: Sequence[np.ndarray],
-    taken: Spans,
+    busy: Spans,
     ankle: np.ndarray | None,
 ) -> bool:
     """Whether the feet stay, and the bend is no step, landing or shift of weight. bent: (T,) degrees; feet: of
@@ -164,7 +164,7 @@ def _in_place(
         return False
     apart, *ways = feet
     rows, of = (deep, time_s[deep]) if highest >= SQUAT and bend.whole else (lasts, time_s[lasts])
-    stays = _range(apart[rows]) <= _STAYS and not any(a < of[-1] and of[0] < b for a, b in taken)
+    stays = _range(apart[rows]) <= _STAYS and not any(a < of[-1] and of[0] < b for a, b in busy)
     travels = any(_range(foot[deep]) > _TRAVELS for foot in ways)
     return stays and not travels and not _shifts(motion, bend) and not _lands(motion, bend, bent, ankle)
 

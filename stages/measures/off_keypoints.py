@@ -29,14 +29,14 @@ def off_keypoints(motion: Motion) -> list[Row]:
         has_value = np.isfinite(share)
         if not has_value.any():
             continue
-        own: list[Row] = [
+        limb_rows: list[Row] = [
             Measure(f"{name}_{what}", float(np.percentile(values[has_value], percentile)))
             for what, values in (("in_image", px), ("of_stature", 100 * share))
             for name, percentile in (("median", 50), ("p95", 95))
         ]
         if spans := _spans(against[limb], motion.times):
-            own += [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
-        rows += within(limb, own, side_of(limb))
+            limb_rows += [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
+        rows += within(limb, limb_rows, side_of(limb))
     return rows
 
 
@@ -47,20 +47,20 @@ def exchanged(take: Take, motion: Motion) -> list[Notice]:
     residuals, times = motion.residuals, motion.times
     if residuals is None:
         return []
-    keypoints, most, said = take.need("keypoints"), agrees(residuals), []
-    for way in kinds(keypoints.layout):
+    keypoints, most, notices = take.need("keypoints"), agrees(residuals), []
+    for kind in kinds(keypoints.layout):
 
-        def farthest(of: Residuals, pick: np.ufunc, limb: str = way.limb) -> np.ndarray:
+        def farthest(of: Residuals, pick: np.ufunc, limb: str = kind.limb) -> np.ndarray:
             return pick(*(steady(of.limb(f"{side}_{limb}")) for side in "rl"))
 
         off = farthest(residuals, np.minimum) > most
         if not lasting(off, times).any():
             continue
-        joints, confidence = way.applied(keypoints.joints), way.applied(keypoints.confidence)
+        joints, confidence = kind.applied(keypoints.joints), kind.applied(keypoints.confidence)
         other = residuals_of(take.with_(keypoints=keypoints.with_(joints=joints, confidence=confidence)))
         if other and (spans := _spans(lasting(off & (farthest(other, np.maximum) <= most), times), times)):
-            said.append(notice("swapped-to-keypoints", limbs=f"{way.limb}s", when=spans_in_words(spans)))
-    return said
+            notices.append(notice("swapped-to-keypoints", limbs=f"{kind.limb}s", when=spans_in_words(spans)))
+    return notices
 
 
 def _spans(rows: np.ndarray, time_s: np.ndarray) -> list[tuple[float, float]]:

@@ -76,10 +76,10 @@ class Measures:
             *within("paths", _paths(motion)),
             *within("off_keypoints", off_keypoints(motion)),
         )
-        said = exchanged(take, motion) + doubts(motion, detections.gait)
+        notices = exchanged(take, motion) + doubts(motion, detections.gait)
         on_belt = any(row.name == "belt" for row in rows) and self.belt_speed is None
         once = dict.fromkeys(rows)  # figures may share a reason
-        return take.with_(measures=Rows(tuple(once))).saying(*said, *[notice("on-a-belt")] * on_belt)
+        return take.with_(measures=Rows(tuple(once))).saying(*notices, *[notice("on-a-belt")] * on_belt)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +100,9 @@ def detected(take: Take, motion: Motion, repeat: Sequence[str] = ()) -> Detectio
     jumped = jumping(motion, flown, gait)
     gait = without_leaps(gait, jumped)
     walks = walks_of(motion, gait)
-    taken = [*((step.start_s, step.stop_s) for walk in walks for step in walk.every), *landings(flown)]
+    busy = [*((step.start_s, step.stop_s) for walk in walks for step in walk.every), *landings(flown)]
     movements = (*MOVEMENTS, *map(repeated, repeat))
-    counted = tuple(count(motion, movement, taken, flown.ankle) for movement in movements)
+    counted = tuple(count(motion, movement, busy, flown.ankle) for movement in movements)
     return Detections(gait, tuple(walks), flown, tuple(jumped), counted)
 
 
@@ -126,12 +126,12 @@ def _paths(motion: Motion) -> list[Row]:
         if cannot_be_told(motion.columns, f"{joint}_speed") or (joint == "root" and _rests(motion)):
             result += within(joint, [withheld("error-too-large"), *rests_on], side_of(joint))
             continue
-        way = [
+        length_rows = [
             Measure("path_length", float(length)),
             Measure("mean_speed", float(length / duration)),
             Measure("duration", float(duration)),
         ]
-        result += within(joint, [*way, *rests_on], side_of(joint))
+        result += within(joint, [*length_rows, *rests_on], side_of(joint))
     return result or [withheld("no-paths")]
 
 
@@ -150,9 +150,9 @@ def _rests(motion: Motion) -> bool:
     if path is None or path.covariance is None or path.shared is None:
         return False
     root, axis = path.points, motion.rectified.R_source_from_level[2]
-    own = np.einsum("tii->t", own_covariance(root, path.covariance, axis, *path.shared))
-    has_error = np.isfinite(root).all(axis=1) & np.isfinite(own)
+    own_variance = np.einsum("tii->t", own_covariance(root, path.covariance, axis, *path.shared))
+    has_error = np.isfinite(root).all(axis=1) & np.isfinite(own_variance)
     if not has_error.any():
         return False
     moved = ((root[has_error] - root[has_error].mean(axis=0)) ** 2).sum(axis=1)
-    return bool(np.median(own[has_error]) > moved.mean())
+    return bool(np.median(own_variance[has_error]) > moved.mean())

@@ -175,13 +175,15 @@ def peaks(
             for row in np.flatnonzero(np.isfinite(values).all(axis=1)):
                 at = int(np.argmax(sign * values[row]))
                 of_strides.append((int(whole[row]), float(values[row, at]), float(errors[row, at])))
-        own = np.array(of_strides).reshape(-1, 3)
-        all_known = bool(np.isfinite(own[:, 2]).all())
+        by_stride = np.array(of_strides).reshape(-1, 3)
+        all_known = bool(np.isfinite(by_stride[:, 2]).all())
         result += [
             Measure(name, value, error if all_known else None, number=number)
             for number, value, error in of_strides
         ]
-        result += spread(name, own[:, 1], shared=known_median(own[:, 2]) if all_known else unknown)
+        result += spread(
+            name, by_stride[:, 1], shared=known_median(by_stride[:, 2]) if all_known else unknown
+        )
     return result
 
 
@@ -253,9 +255,9 @@ class _Means:
         """`mean_<name>` (walking_speed by its own name), its error, and `deviation`, where that is larger than one
         value's error. side: of one side only."""
         for name in names:
-            if not len(found := self._found(name, side)):
+            if not len(values := self._finite(name, side)):
                 continue
-            plain, mean = _NAMED[name], float(found.mean())
+            plain, mean = _NAMED[name], float(values.mean())
             figure = plain if name == "walking_speed" else f"mean_{plain}"
             share = self.share * mean if name in OF_LENGTH else 0.0
             row = with_error(figure, mean, float(np.hypot(self._error(name, side), share)))
@@ -264,11 +266,11 @@ class _Means:
                 continue
             yield row
             if name != "walking_speed":
-                yield from deviation(plain, found, self._single(name))
+                yield from deviation(plain, values, self._single(name))
 
     def cadence(self) -> Row:
         """Steps a minute by the mean step time."""
-        mean = float(self._found("step_time_s").mean())
+        mean = float(self._finite("step_time_s").mean())
         return with_error("cadence", 60 / mean, 60 / mean**2 * self._error("step_time_s"))
 
     def symmetries(self, why: str) -> list[Row]:
@@ -276,18 +278,18 @@ class _Means:
         WITHHELD where they are not compared."""
         result: list[Row] = []
         for name in ("step_time_s", "stance_time_s", "step_length"):
-            sides = [self._found(name, side) for side in SIDES.values()]
+            sides = [self._finite(name, side) for side in SIDES.values()]
             if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
-                right, left = (float(found.mean()) for found in sides)
+                right, left = (float(values.mean()) for values in sides)
                 result += symmetry(right, left, self._difference_error(name, *sides), of=f"{_NAMED[name]}_")
         return [withheld(why, row.name.removesuffix("_withheld")) for row in result] if why else result
 
-    def _found(self, name: str, side: str | None = None) -> np.ndarray:
-        """The known values of both sides, or of one."""
+    def _finite(self, name: str, side: str | None = None) -> np.ndarray:
+        """The values of both sides, or of one, that are not NaN."""
         sides = SIDES.values() if side is None else [side]
         values = [self.values[name][each] for each in sides] if name in self.values else [np.empty(0)]
-        found = np.concatenate(values)
-        return found[np.isfinite(found)]
+        joined = np.concatenate(values)
+        return joined[np.isfinite(joined)]
 
     def _in_unit(self, name: str, own: float) -> float:
         """An error that is stated in lengths of the leg, in the poses' unit."""
@@ -297,10 +299,11 @@ class _Means:
         """Of the mean of both sides or of one; NaN where none is stated."""
         if self.errors is None:
             return float("nan")
-        count, spread = len(self._found(name, side)), scatter(self._found(name))
-        own = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, spread)
+        count, spread = len(self._finite(name, side)), scatter(self._finite(name))
+        mean = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, spread)
         return self._in_unit(
-            name, own if side is None else float(np.hypot(own, self.errors.side(self.gait, name, self.depth)))
+            name,
+            mean if side is None else float(np.hypot(mean, self.errors.side(self.gait, name, self.depth))),
         )
 
     def _difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
@@ -310,17 +313,17 @@ class _Means:
         # Of each side about its own mean: what the sides differ by is no scatter.
         off = np.concatenate([side - side.mean() for side in (right, left)])
         spread = scatter(off) * float(np.sqrt((len(off) - 1) / (len(off) - 2))) if len(off) > 2 else np.nan
-        own = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
-        return self._in_unit(name, own)
+        error = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
+        return self._in_unit(name, error)
 
     def _single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's; NaN where that is not known."""
         if self.errors is None:
             return float("nan")
-        own = self.errors.mean(self.gait, name, 1)
-        if name in OF_LENGTH and not np.isfinite(own):
+        error = self.errors.mean(self.gait, name, 1)
+        if name in OF_LENGTH and not np.isfinite(error):
             return 0.0  # lengths of measured poses are of the person
-        return self._in_unit(name, own)
+        return self._in_unit(name, error)
 
 
 def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:

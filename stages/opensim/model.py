@@ -170,8 +170,8 @@ def _opened(package: Any, path: Path) -> Any:
 def _places(model: Any, path: Path) -> dict[str, tuple[str, np.ndarray, np.ndarray]]:
     """By joint the body that holds it, and where it is (3,): in that body, and in the unscaled model's posture."""
     bodies, state = model.getBodySet(), model.initSystem()
-    there = {bodies.get(i).getName() for i in range(bodies.getSize())}
-    if missing := sorted({*(_BODIES[joint] for joint in _LEGS), "pelvis"} - there):
+    body_names = {bodies.get(i).getName() for i in range(bodies.getSize())}
+    if missing := sorted({*(_BODIES[joint] for joint in _LEGS), "pelvis"} - body_names):
         raise InputError(
             "wrong-content",
             f"{path}: expected a model with pelvis, femur, tibia and talus of both sides by these names (gait2392, "
@@ -180,11 +180,11 @@ def _places(model: Any, path: Path) -> dict[str, tuple[str, np.ndarray, np.ndarr
     ground = {
         joint: _array(bodies.get(body).getPositionInGround(state))
         for joint, body in _BODIES.items()
-        if body in there
+        if body in body_names
     }
     places = {joint: (_BODIES[joint], np.zeros(3), place) for joint, place in ground.items()}
     for joint, (right, left, body) in _MIDDLES.items():
-        if {right, left} <= {*ground} and body in there:
+        if {right, left} <= {*ground} and body in body_names:
             middle = (ground[right] + ground[left]) / 2
             inside = _inside(model, state, "", middle, body)
             places[joint] = body, inside, middle
@@ -196,9 +196,9 @@ def _place_toes(
 ) -> None:
     """Add the places of the big toes where the person and the model have heels and toes."""
     bodies, state = model.getBodySet(), model.initSystem()
-    there = {body.getName() for body in bodies}
+    body_names = {body.getName() for body in bodies}
     for toe, (heel, toes) in _TOES.items():
-        if {toe, heel} <= {*joints} and heel in places and toes in there:
+        if {toe, heel} <= {*joints} and heel in places and toes in body_names:
             lengths = np.linalg.norm(joints[toe] - joints[heel], axis=-1)
             if np.isfinite(lengths).any():
                 foot, _, at = places[heel]

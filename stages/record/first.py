@@ -39,8 +39,8 @@ def log_first(recording: rr.RecordingStream, take: Take, size: float) -> None:
     level, clock = rectified.level, time_columns(poses.frame_index, poses.times)
     root = np.zeros((len(level), 3)) if walked(rectified) is None else level.root
     assert root is not None
-    way = on_lines(root[:, :2], np.arange(len(root)))
-    over_floor = np.column_stack([np.nan_to_num(way), np.full(len(root), ground(rectified, size))])
+    path = on_lines(root[:, :2], np.arange(len(root)))
+    over_floor = np.column_stack([np.nan_to_num(path), np.full(len(root), ground(rectified, size))])
     recording.send_columns("level", clock, rr.Transform3D.columns(translation=root))
     recording.send_columns("walk/along", clock, rr.Transform3D.columns(translation=over_floor))
     _log_floor(recording, over_floor, size)

@@ -174,7 +174,7 @@ def cycle_charts(
         title = f"{label_of(name)} (°)".capitalize()
         share = np.linspace(0, 100, len(both[0].values))
         chart = over_time(both, share, f"{title} over a cycle", over)
-        about = "; ".join(said for _, said in parts)
+        about = "; ".join(sentence for _, sentence in parts)
         spread = any(curve.margin is not None for curve in both)
         band = f"; band: nine in ten of them ({SD_90} standard deviations)" if spread else ""
         figures.append(figure([chart], title, f"Mean ({about}){band}."))

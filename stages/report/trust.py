@@ -52,22 +52,22 @@ def trust(take: Take, facts: Facts) -> Markup:
         checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
     checks += _others(take, {text for _, _, texts in checks for text in texts})
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
-    verdict, said = "Usable.", "Figures hold within their errors."
+    verdict, reason = "Usable.", "Figures hold within their errors."
     if level == "bad":
         unusable = take.verdict == "unusable"
-        verdict, said = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""
+        verdict, reason = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""
     elif take.verdict == "suspicious":
-        verdict, said = "Check.", "Some figures may be off by more than their errors."
+        verdict, reason = "Check.", "Some figures may be off by more than their errors."
     elif _against_rate(take.said):
-        said = "Times and speeds hold only if the frame rate is right."
+        reason = "Times and speeds hold only if the frame rate is right."
     elif take.angle_errors == "none":
-        said = "The errors of the angles are not known."
+        reason = "The errors of the angles are not known."
     elif level == "care":
-        said = ""
+        reason = ""
     marked = sum(how != "good" for _, how, _ in checks)
     points = f"{how_many(marked, 'point')} marked '!'" if level == "care" else "what is marked"
     look = f"Look at {'the ' * (level == 'care')}{points}." if level != "good" else ""
-    return gauge(level, verdict, " ".join(filter(None, [said, look])), checks)
+    return gauge(level, verdict, " ".join(filter(None, [reason, look])), checks)
 
 
 def _others(take: Take, texts_so_far: set[str]) -> list[Check]:
@@ -76,9 +76,9 @@ def _others(take: Take, texts_so_far: set[str]) -> list[Check]:
     return [("Also", "care", texts)] if texts else []
 
 
-def _against_rate(said: Iterable[Notice]) -> list[Notice]:
+def _against_rate(notices: Iterable[Notice]) -> list[Notice]:
     """Those by which the frame rate may be wrong, and with it all times and speeds."""
-    return [each for each in said if each.code in _AGAINST_RATE]
+    return [each for each in notices if each.code in _AGAINST_RATE]
 
 
 def _poses(take: Take) -> list[Check]:
@@ -125,16 +125,16 @@ def _up(facts: Facts) -> Check:
     if facts.up_of_world:
         weight = "care" if facts.up_bound_deg is None else "good"
         return "Which way is up", weight, [facts.up_words]
-    known, rests = facts.up_words, f" {facts.rests_words}".rstrip()
+    up_words, rests = facts.up_words, f" {facts.rests_words}".rstrip()
     if facts.bound_words is None:
-        return "Which way is up", "care", [f"{known} So {_TO_GRAVITY} are uncertain."]
+        return "Which way is up", "care", [f"{up_words} So {_TO_GRAVITY} are uncertain."]
     if facts.nobody_upright:
-        return "Which way is up", "care", [f"{known} {facts.nobody_upright.text}{rests}"]
+        return "Which way is up", "care", [f"{up_words} {facts.nobody_upright.text}{rests}"]
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
-        return "Which way is up", "good", [known + rests]
+        return "Which way is up", "good", [up_words + rests]
     tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
     others = "angles between segments, such as the knee's, do not depend on up"
-    return "Which way is up", "care", [f"{known} {tilted}; {others}.{rests}"]
+    return "Which way is up", "care", [f"{up_words} {tilted}; {others}.{rests}"]
 
 
 def _angles(take: Take) -> list[Check]:
@@ -162,10 +162,10 @@ def _angles(take: Take) -> list[Check]:
 
 
 def _sides(take: Take) -> Check:
-    said = [each for each in take.notices if each.about == "left and right"]
-    texts = [each.text for each in said]
+    about_sides = [each for each in take.notices if each.about == "left and right"]
+    texts = [each.text for each in about_sides]
     wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
-    warned = wrong or any(each.warns for each in said)
+    warned = wrong or any(each.warns for each in about_sides)
     if texts or wrong:
         sentence = texts or ["Left and right are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", sentence

@@ -102,9 +102,9 @@ def _for_all(options: RunOptions, common: list[str] | None) -> dict[str, str]:
 def _conclude(outcomes: Sequence[Outcome], rows: Sequence[dict[str, Any]], output: Path) -> None:
     """Print what became of the takes, how far they can be trusted, and where the files are."""
     failed = sum(outcome.state == "failed" for outcome in outcomes)
-    kept = sum(outcome.state == "kept" for outcome in outcomes)
+    done_before = sum(outcome.state == "kept" for outcome in outcomes)
     print(
-        f"{output}: {how_many(len(outcomes) - failed, 'take')} done ({kept} of them before), {failed} failed"
+        f"{output}: {how_many(len(outcomes) - failed, 'take')} done ({done_before} of them before), {failed} failed"
     )
     if done := [row for row in rows if row["state"] == "done"]:
         doubtful = ", ".join(f"{len(runs)} {what}" for what, runs in doubts(done).items())
@@ -184,9 +184,9 @@ def _prepare(output: Path) -> None:
     """The output folder with its mark. InputError when it is somebody else's, or of another version of ours."""
     refuse_unwritable(output)
     of = read_object(output / MARK).get("pcnet3d")
-    there = output.iterdir() if output.exists() else ()
+    entries = output.iterdir() if output.exists() else ()
     if of is None and any(
-        not path.name.startswith(".partial-") for path in there
+        not path.name.startswith(".partial-") for path in entries
     ):  # of a batch that was killed
         raise InputError(
             "already-there", f"{output} holds files that no `pcnet3d batch` made; choose another -o DIR."

@@ -57,12 +57,12 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
     InputError names the row and what is wrong with it, or a common option that its take has no use for; nothing is run
     then.
     """
-    given = {_column(name, "--set"): value for name, value in common.items()}
-    if wrong := given.keys() & {"name", *LABELS}:
+    common_values = {_column(name, "--set"): value for name, value in common.items()}
+    if wrong := common_values.keys() & {"name", *LABELS}:
         raise InputError(
             "option-conflict", f"--set {min(wrong)}: that belongs to one take; write a manifest."
         )
-    shared, shared_files = _texts(given, Path.cwd(), "--set")
+    shared, shared_files = _texts(common_values, Path.cwd(), "--set")
     folder = source.is_dir()
     rows = list(_folder(source) if folder else _manifest(source))
     if not rows:
@@ -72,9 +72,9 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
         raise InputError("nothing-usable", f"{source} names no take; expected {wanted}.")
     entries, places = list[Entry](), dict[str, str]()
     for where, row in rows:
-        own, files = _texts(row, source if folder else source.parent, where)
+        row_values, files = _texts(row, source if folder else source.parent, where)
         with naming(where):
-            options, stem = _run_options({**shared, **own}), _stem(own)
+            options, stem = _run_options({**shared, **row_values}), _stem(row_values)
             planned(options)
         name = row.get("name") or stem
         _check_name(name, where, places)
@@ -89,16 +89,16 @@ def _column(name: str, where: str) -> str:
     if "." in column or column in registry.registered("stages"):
         return column
     column = column.lower()
-    own = {
+    columns_of_flags = {
         flag_of(field).partition(".")[2] or flag_of(field).lstrip("-").replace("-", "_"): field
         for field in _FIELDS
     }
-    columns = {"name", *LABELS, *own}
+    columns = {"name", *LABELS, *columns_of_flags}
     if column not in columns:
         settings = " or ".join(setting.partition("=")[0] for setting in settings_named(column))
         hint = f"it is '{settings}'." if settings else did_you_mean(column, columns)
         raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
-    return own.get(column, column)
+    return columns_of_flags.get(column, column)
 
 
 def _texts(row: Mapping[str, str], base: Path, where: str) -> tuple[Texts, dict[str, Path]]:
@@ -210,13 +210,13 @@ def _take_of(path: Path) -> tuple[str, str | None]:
 def _existing(cell: str, base: Path, name: str) -> Path:
     try:
         path = (base / cell).resolve()
-        there = path.exists()
+        exists = path.exists()
     except (OSError, ValueError) as error:  # too long a name, a zero byte, a ring of links
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(
             "bad-value", f"{name}: '{printable(cell[:80])}' cannot be a path: {reason}."
         ) from None
-    if not there:
+    if not exists:
         raise InputError("cannot-open", f"{name}: expected a file at {path}, found nothing there.")
     return path
 

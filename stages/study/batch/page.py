@@ -67,15 +67,15 @@ def _linked(row: Mapping[str, Any]) -> Cell:
 
 def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> Markup:
     """The takes' names and labels, then the columns (head: a cell a take), but for empty ones."""
-    kept = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
-    if not kept:
+    filled = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
+    if not filled:
         return Markup("")
     labels = [label for label in LABELS if any(row[label] for row in rows)]
     lines = [
-        [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in kept.values())]
+        [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in filled.values())]
         for i, row in enumerate(rows)
     ]
-    return table(["take", *labels, *kept], lines, sortable=True)
+    return table(["take", *labels, *filled], lines, sortable=True)
 
 
 def _failed(rows: Rows) -> Markup:
@@ -95,7 +95,7 @@ def _takes(rows: Rows) -> Markup:
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
         "bone lengths vary by (%)": [None if share is None else 100 * share for share in spreads],
-        "warnings": [sum(said["weight"] in WARNS for said in row.get("notices", ())) for row in rows],
+        "warnings": [sum(each["weight"] in WARNS for each in row.get("notices", ())) for row in rows],
     }
     about = "A take's name links to its report. Click a column's heading to sort by it."
     return _table(rows, columns) + small(about) if rows else Markup("")

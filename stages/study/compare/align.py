@@ -67,12 +67,12 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     times = np.arange(side.time_s[0], side.time_s[-1] + 1e-9, step)
     around = times[0] + offset_s + step * np.arange(-reach, len(times) + reach)
     names = _of_both(side, reference)
-    own, other = _angles(side, times, names), _angles(reference, around, names)
-    of_both = np.isfinite(own).any(axis=0) & np.isfinite(other).any(axis=0)
+    angles, other = _angles(side, times, names), _angles(reference, around, names)
+    of_both = np.isfinite(angles).any(axis=0) & np.isfinite(other).any(axis=0)
     if not of_both.any():
         raise InputError("files-apart", _apart(side, reference, offset_s, search_s))
-    own, other = own[:, of_both], other[:, of_both]
-    tried = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
+    angles, other = angles[:, of_both], other[:, of_both]
+    tried = [_score(angles, other[i : i + len(times)]) for i in range(2 * reach + 1)]
     scores, common = (np.array(part) for part in zip(*tried, strict=True))
     enough = common * step >= max(LEAST_S, LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
@@ -86,7 +86,7 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     chosen = float(min(shifts[as_good], key=lambda shift_s: abs(shift_s - offset_s)))
 
     def loss(shift_s: float) -> float:
-        return -_score(own, _angles(reference, times + shift_s, names)[:, of_both])[0]
+        return -_score(angles, _angles(reference, times + shift_s, names)[:, of_both])[0]
 
     best: Any = minimize_scalar(
         loss, bounds=(chosen - step, chosen + step), method="bounded", options={"xatol": 1e-4}

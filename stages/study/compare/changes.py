@@ -107,8 +107,8 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     metric = reference.metric and side.metric
     differences = []
     for group, path, item, name in _figures():
-        own = [of.group(group, *path) for of in both]
-        rows = [of.figure(name) for of in own]
+        groups = [of.group(group, *path) for of in both]
+        rows = [of.figure(name) for of in groups]
         if rows[0] is None and rows[1] is None:
             continue
         values, errors = ((_known(rows[0], of), _known(rows[1], of)) for of in ("value", "error"))
@@ -119,7 +119,7 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
             "in-one-take": None in rows,
             "unit-unknown": FIGURES[name].unit in OF_LENGTH and not metric,
             "error-unknown": math.isnan(error),
-            "another-part": not same_part(*own),
+            "another-part": not same_part(*groups),
             "poses-doubtful": doubtful,
         }
         reason = next((code for code, holds in reasons.items() if holds), "")

@@ -68,8 +68,8 @@ def _differences(pair: Pair) -> Markup:
     ]
     head = ["", pair.reference.name, pair.side.name, "difference (± MDC90)"]
     head += ["bias (°)", "RMSE (°)", "r", "within error"]
-    kept = [i for i in range(len(head)) if i < 4 or any(row[i] is not None for row in rows)]
-    shown = table([head[i] for i in kept], [[row[i] for i in kept] for row in rows])
+    filled = [i for i in range(len(head)) if i < 4 or any(row[i] is not None for row in rows)]
+    shown = table([head[i] for i in filled], [[row[i] for i in filled] for row in rows])
     return shown + small(_about_differences(pair)) if rows else Markup("")
 
 
