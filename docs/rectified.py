@@ -12,12 +12,21 @@ import cv2
 import numpy as np
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.lab.evaluation.real_rectified import real_poses
-from pcnet3d.models.lab.evaluation.runs import Question
-from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.models.common.metrics import relative
+from pcnet3d.models.lab.mocap.clips import data_folder
+from pcnet3d.pipeline.core.frames import CAMERA
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, H36M17, Layout, remap
+from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from pcnet3d.pipeline.inspect.image import draw_bones
 
+# By clip: an array of its file in the data folder, whose lifter gave it, and the array's layout.
+CLIPS: dict[str, tuple[tuple[str, str, Layout], ...]] = {
+    "boxing": (("motionbert", "MotionBERT", H36M17), ("blazepose_world", "BlazePose", BLAZEPOSE33)),
+    "walk_crop": (("blazepose_world", "BlazePose", BLAZEPOSE33),),
+    "demo_man": (("blazepose_world", "BlazePose", BLAZEPOSE33),),
+    "mhformer_skating": (("run_a", "MHFormer", H36M17),),
+}
 CELL, SHARE = 200, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
 HEADINGS = (
     "camera",
@@ -57,12 +66,16 @@ def row(clip: str, lifter: str, joints: np.ndarray, frame: int) -> np.ndarray:
 
 
 def main() -> None:
-    rows = [
-        row(clip, lifter, poses.joints, int(share * len(poses)))
-        for clip, lifter, poses in real_poses(Question())
-        if not lifter.startswith("pcnet3d")
-        for share in SHARE
-    ]
+    rows = []
+    for clip, lifters in CLIPS.items():
+        with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
+            for array, lifter, layout in lifters:
+                poses = remap(PoseSequence(file[array], layout, CAMERA.with_(unit="arbitrary")))
+                joints = relative(poses.joints.astype(np.float64))
+                rows += [
+                    row(clip.removeprefix("mhformer_"), lifter, joints, int(share * len(joints)))
+                    for share in SHARE
+                ]
     half = len(rows) // 2
     cv2.imwrite(sys.argv[1], np.hstack([np.vstack(rows[:half]), np.vstack(rows[half:])]))
 

@@ -42,7 +42,7 @@ FIGURES = HERE / "figures.json"
 ERRORS = HERE / "errors.json"  # of pcnet3d lab evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
-    "README.md", "docs/errors.md", "docs/paper.md", "docs/research.md", "docs/start.md", "docs/trust.md", "docs/up.md",
+    "README.md", "docs/errors.md", "docs/paper.md", "docs/start.md", "docs/trust.md", "docs/up.md",
     "models/lifter/card.md", "models/rectifier/card.md",
 )  # fmt: skip
 _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -123,17 +123,6 @@ BLOCKS = {
             "rectifiers/*/rows/*/by person/rotation/said",
             "rectifiers/pcnet/rows/*/expected/mean",
             "rectifiers/pcnet/rows/*/spearman",
-        ),
-    ),
-    "real_clips": Block(
-        "real-clips",
-        _THREE,
-        ("lifter", "pcnet", "paper"),
-        (
-            "real, rectified/apart/*/camera axes/*",
-            "real, rectified/apart/*/*, a frame/*",
-            "real, rectified/apart/*/pcnet, a take/*",
-            "real, rectified/up/*/*",
         ),
     ),
 }

@@ -4,7 +4,8 @@ errs alike in both cancels.
 repeatability.json was fitted by models/lab/fits/visits.py on virtual visits of validation people, in which the true
 difference is known: for every figure the factor on both errors, added as independent ones are, with which nine in ten
 differences lie inside. Of two takes it is smaller where both were filmed from about the same place. `freedom` says how
-heavy the tails of their differences are: by it a tenth of the comparisons finds a change where there is none.
+heavy the tails of their differences are: by it a tenth of the comparisons found a change where there was none, when it
+was fitted to the first shipped lifter's visits; later fits leave it.
 """
 
 from __future__ import annotations
@@ -105,13 +106,13 @@ def known_median(values: np.ndarray) -> float:
     return float(np.median(finite)) if len(finite) else float("nan")
 
 
-def difference_chance(ratio: np.ndarray, freedom: float | None = None) -> np.ndarray:
+def difference_chance(ratio: np.ndarray) -> np.ndarray:
     """(N,) how often figures of two takes between which nothing changed differ by as much, of differences over their
     standard deviations (N,): by Student's t, scaled so that 1.645 hold nine in ten, for differences have heavier tails
-    than a Gaussian. freedom: its degrees of freedom, the fitted ones without."""
+    than a Gaussian."""
     from scipy.special import stdtr, stdtrit  # Student's t; scipy.stats takes a third of a second to import
 
-    freedom = shipped()["freedom"] if freedom is None else freedom
+    freedom = shipped()["freedom"]
     return np.asarray(2 * stdtr(freedom, np.abs(ratio) * stdtrit(freedom, 0.05) / SD_90))
 
 

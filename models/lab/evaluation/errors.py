@@ -64,7 +64,6 @@ def asked(question: Question) -> dict[str, Configuration]:
         **{f"{side}, image": replace(own, bed="typical", image=True, side=side) for side in VIEWS},
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
-        "simulated other lifters": Configuration(foreign=True),
         "real take": replace(own, real=BALANCING),
         "real take, image": replace(own, real=BALANCING, image=True),
     }

@@ -68,7 +68,6 @@ REPORTS = {
         file="stated_errors",
     ),
     "real-take": Report(".real_take", ("lifter",), runs=True),
-    "real-clips": Report(".real_rectified", ("rectifier", "lifter")),
 }  # fmt: skip
 
 

@@ -38,7 +38,6 @@ from ...lifter.features import body_rays
 from ..mocap.clips import Clip, Subjects, data_set, lying, read_clips
 from ..synthetic.cameras import ViewRange
 from .real_data import read_real, read_seen, whole_body
-from .simulated import simulated
 from .testbed import (
     BEDS,
     MIN_FRAMES,
@@ -149,8 +148,7 @@ class Configuration:
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
     filmed. real: the name of a take before four real cameras (real_data.py), in place of virtual takes; then the image
-    is the video's own. foreign: simulated other lifters (simulated.py) made the poses, and the run is given them with
-    the keypoints beside. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
+    is the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
     detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`)."""
 
     image: bool = False
@@ -162,7 +160,6 @@ class Configuration:
     focal_known: bool = False
     side: str = ""
     real: str = ""
-    foreign: bool = False
     errors: Path | None = None
     unsuspected: float = 1.0
 
@@ -181,7 +178,7 @@ class Finished:
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""
-        true = replace(self.configuration, lifter="", up_told=True, image=False, foreign=False, errors=None)
+        true = replace(self.configuration, lifter="", up_told=True, image=False, errors=None)
         return recipe_of(true).build()(given(self.truth, 0, true))
 
 
@@ -301,7 +298,7 @@ def recipe_of(configuration: Configuration) -> Recipe:
         recipe = recipe.without(stage)
     if configuration.errors is not None:
         recipe = recipe.with_options("angles", errors=configuration.errors)
-    if configuration.foreign or not configuration.lifter:
+    if not configuration.lifter:
         return recipe
     return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter)
 
@@ -320,8 +317,6 @@ def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
     if configuration.image:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
-    if configuration.foreign:
-        return take.with_(poses=simulated(truth, seed))
     if configuration.lifter:
         return take
     frame = CAMERA.with_(origin="pelvis")

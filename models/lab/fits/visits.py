@@ -4,10 +4,10 @@ A motion of a validation person is filmed, and filmed again: from the same tripo
 and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
 each run ranges of motion, right less left and one repetition less another are held against the truth
 (evaluation/figures.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of, their
-parts in place times the factor that makes them hold; for every figure the factor on the errors of both, added as
-independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py); and
-how heavy the tails of differences of two visits are. One draw of cameras and detectors tells little of so few people:
-there are several.
+parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added as
+independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py). How
+heavy the tails of differences are (`freedom`) stays as it is in place. One draw of cameras and detectors tells little
+of so few people: there are several.
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import (
     Between,
-    difference_chance,
-    differing,
     figure_of,
     range_sd,
     same_part,
@@ -50,7 +48,6 @@ from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
 
 Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
-Visit = tuple[Kind, str, str, int]
 KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
 _DRAWS = 2  # of cameras and detectors
 _RANGE = "range_of_motion."
@@ -62,7 +59,6 @@ _YAW_DEG, _PITCH_DEG, _DISTANCE, _AIM = 3.0, 2.0, 0.1, 0.03
 _ELSEWHERE_DEG = 60.0  # about the vertical, at least
 _MARGIN = 0.98  # of the half image, which holds every joint
 FEWEST_PEOPLE, FEWEST_PAIRS = 8, 60  # one of them, for a factor
-_MOST_FREEDOM = 30  # about a Gaussian's
 _AGAIN = 1000  # by which a second visit's seed is larger than the first one's
 _CONFIGURATIONS = [
     Configuration(image=image, bed=bed) for image in (False, True) for bed in ("typical", "wild")
@@ -77,18 +73,11 @@ class Visits:
 
     kind: Kind
     person: str
-    clip: str
-    seed: int
     figure: str
     side: str
     found: tuple[float, float]
     errors: tuple[float, float]
     true: float = 0.0
-
-    @property
-    def visit(self) -> Visit:
-        """What is the same for all figures of two visits."""
-        return self.kind, self.person, self.clip, self.seed
 
     def stated(self) -> Stated:
         """The difference's error, and the 90 % bar that independent errors of both would give it."""
@@ -110,20 +99,20 @@ def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visi
     }
     before, true = _run(clip, first, configuration, seed)
     figures = _figures(before, true, clip)
-    yield from _within(before, true, clip, seed)
+    yield from _within(before, true, clip)
     for kind in KINDS:
         after, true = _run(clip, cameras[kind], configuration, _AGAIN + seed)
-        yield from _within(after, true, clip, seed)
+        yield from _within(after, true, clip)
         for (figure, side), other in _figures(after, true, clip).items():
             row = figures.get((figure, side))
             if row is None or row.error is None or other.error is None:
                 continue
             if same_part(before.figures.group(*row.group), after.figures.group(*other.group)):
                 found, errors = (row.value, other.value), (row.error, other.error)
-                yield Visits(kind, clip.subject, clip.name, seed, figure, side, found, errors)
+                yield Visits(kind, clip.subject, figure, side, found, errors)
 
 
-def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> Iterator[Visits | Stated]:
+def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> Iterator[Visits | Stated]:
     """Pairs of sides and of repetitions of one run, and its ranges. truth: of figures.true_angles."""
     of = ranges(take, truth)
     groups = take.figures.group("range_of_motion")
@@ -134,12 +123,11 @@ def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> 
         other = of.get(left)
         if name.startswith("r_") and other and same_part(groups.group(name), groups.group(left)):
             errors = _range_error(name, one, clip), _range_error(left, other, clip)
-            same = ("sides", clip.subject, clip.name, seed, f"{_RANGE}{of_both(name)}", "")
-            yield Visits(*same, (one.found, other.found), errors, true=other.true - one.true)
+            found, off = (one.found, other.found), other.true - one.true
+            yield Visits("sides", clip.subject, f"{_RANGE}{of_both(name)}", "", found, errors, off)
     for two in repetitions(take, truth):
         figure, off = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
-        pair = (two.found, two.errors)
-        yield Visits("repetitions", clip.subject, clip.name, seed, figure, "", *pair, true=off)
+        yield Visits("repetitions", clip.subject, figure, "", two.found, two.errors, off)
 
 
 def _run(
@@ -245,7 +233,7 @@ def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
     return {
         "made_by": "python -m pcnet3d.models.lab.fits.refit",
         "lifter": shipped_noise().lifter,
-        "freedom": freedom(pairs),
+        "freedom": shipped()["freedom"],
         "ranges": {
             angle: (round(by * ends, 2), round(by * found, 3))
             for angle, by in of_ranges.items()
@@ -294,35 +282,8 @@ def _enough(pairs: Sequence[Stated]) -> bool:
     return len({pair.person for pair in pairs}) >= FEWEST_PEOPLE or len(pairs) >= FEWEST_PAIRS
 
 
-def freedom(pairs: Sequence[Visits]) -> float:
-    """Degrees of freedom of Student's t by which at most a tenth of the unchanged visits have a figure that is said to
-    differ, from the same place and from elsewhere, each person by the factors of all the others."""
-    comparisons: dict[Visit, list[Stated]] = {}
-    pairs = [pair for pair in pairs if pair.kind in KINDS]
-    for person in sorted({pair.person for pair in pairs}):
-        known = factors([pair for pair in pairs if pair.person != person])
-        for pair in (pair for pair in pairs if pair.person == person):
-            factor = known[_place(pair.kind)].get(pair.figure, 1.0)
-            own = pair.stated()
-            comparisons.setdefault(pair.visit, []).append(replace(own, half=factor * own.half))
-    for degrees in np.arange(_MOST_FREEDOM, 1, -0.25).tolist():
-        called: dict[str, list[Stated]] = {}
-        for (kind, *_), of in comparisons.items():
-            called.setdefault(_place(kind), []).append(differs(of, degrees))
-        if all(judge.inside(of).inside >= judge.COVERED for of in called.values()):
-            return degrees
-    return 1.0
-
-
 def _place(kind: Kind) -> Between:
     return "again" if kind == "same tripod" or kind == "set up again" else kind
-
-
-def differs(of: Sequence[Stated], freedom: float | None = None) -> Stated:
-    """Whether any of the figures of two visits is said to differ: 1, which lies outside, or 0."""
-    ratio = SD_90 * np.concatenate([one.error / one.half for one in of])
-    found = differing(difference_chance(ratio, freedom)).any()
-    return Stated("differs", of[0].person, np.array([float(found)]), np.array([0.5]))
 
 
 def learn(output: Path) -> None:

@@ -1,4 +1,4 @@
-"""Finished takes: what a run leaves, beside a truth that knows it; by the built-in lifter, and by simulated ones."""
+"""Finished takes: what a run leaves, beside a truth that knows it."""
 
 import json
 
@@ -11,11 +11,8 @@ from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import runs, testbed
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.evaluation.runs import Configuration, at_rate, finished
-from pcnet3d.models.lab.evaluation.simulated import KINDS, simulated
-from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.pipeline import angle_deg
-from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
 
 
@@ -59,20 +56,6 @@ def test_another_rate_goes_through_the_captured_joints(clip):
     assert len(twice) == 2 * len(clip) - 1
     np.testing.assert_allclose(twice.joints[::2], clip.joints, atol=1e-5)
     assert at_rate(clip, clip.fps) is clip
-
-
-def test_every_simulated_lifter_errs_in_its_own_way(clip):
-    truth = testbed.see(clip, 0)
-    own = lift(truth.keypoints, truth.image_size).joints
-    answers = {kind: simulated(truth, 0, kind) for kind in KINDS}
-    assert len({poses.made_by for poses in answers.values()}) == len(KINDS)
-    for kind, poses in answers.items():
-        assert poses.made_by == MadeBy("estimated", f"simulated ({kind})")
-        np.testing.assert_allclose(poses.joint("pelvis"), 0, atol=1e-6)
-        np.testing.assert_array_equal(poses.joints, simulated(truth, 0, kind).joints)
-        assert np.linalg.norm(poses.joints - own, axis=-1).mean() > 0.005, kind
-    depth = [np.abs(answers[kind].joints[..., 2]).mean() for kind in ("squeezed", "lagged")]
-    assert depth[0] < 0.95 * depth[1]
 
 
 def test_a_function_of_somebody_is_a_lifter_of_the_test_bed(clip):
