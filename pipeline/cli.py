@@ -37,9 +37,9 @@ _DETAILS: dict[str, Detail] = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose
 
 
 def _points(group: str = "commands") -> dict[str, EntryPoint]:
-    own = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
+    built_in = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
     registered = registry.registered(group)
-    return {**own, **registered, **own} if group == "commands" else registered
+    return {**built_in, **registered, **built_in} if group == "commands" else registered
 
 
 class _Command(TyperCommand):
@@ -47,14 +47,14 @@ class _Command(TyperCommand):
     may stand behind its name too."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        own = {flag for parameter in self.params for flag in parameter.opts}
+        flags = {flag for parameter in self.params for flag in parameter.opts}
         words = args[: args.index("--")] if "--" in args else args
         for word in words:
             if word in _DETAILS:
                 set_detail(_DETAILS[word])
         args = [word for word in words if word not in _DETAILS] + args[len(words) :]
-        unknown = {word.partition("=")[0] for word in words if word.startswith("--")} - own
-        if "--set" in own:
+        unknown = {word.partition("=")[0] for word in words if word.startswith("--")} - flags
+        if "--set" in flags:
             from .reading.settings import in_words, settings_named
 
             for flag in unknown:

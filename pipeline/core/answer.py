@@ -42,12 +42,12 @@ def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
         return []
     metric = take.need("poses").frame.metric
     moved = sorted(_movements(take.measures, metric), key=lambda counted: -counted[0])
-    said, room = [], _MOST_WORDS
+    sentences, room = [], _MOST_WORDS
     for sentence in [*(words for _, words in moved), *([] if moved else _ranges(take.measures)), *further]:
         if len(sentence.split()) <= room:
-            said.append(sentence)
+            sentences.append(sentence)
             room -= len(sentence.split())
-    return said
+    return sentences
 
 
 def headlines(take: Take) -> list[Headline]:
@@ -115,10 +115,10 @@ def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
     if ends := walking.text("not_visible"):
         sentence += f" ({ends} not visible)"
     figures = [walking.figure(name) for name in ("cadence", "walking_speed")[: 1 + metric]]
-    said = [f"{row.about.label} {_stated(row)}" for row in figures if row]
+    clauses = [f"{row.about.label} {_stated(row)}" for row in figures if row]
     yield (
         int(steps.value),
-        " ".join([f"{sentence}.", f"{', '.join(said).capitalize()}." * bool(said)]).rstrip(),
+        " ".join([f"{sentence}.", f"{', '.join(clauses).capitalize()}." * bool(clauses)]).rstrip(),
     )
 
 

@@ -141,8 +141,8 @@ def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
     ideal = _ideal_matrix(intrinsics)
     observed = (points.reshape(-1, 2) - intrinsics.principal_point_px) / intrinsics.focal_px
     rays = np.full_like(observed, np.nan)
-    there = np.isfinite(observed).all(axis=1)
-    rays[there] = _rays(observed[there], intrinsics)
+    finite = np.isfinite(observed).all(axis=1)
+    rays[finite] = _rays(observed[finite], intrinsics)
     return (rays * ideal[0, 0] + ideal[:2, 2]).reshape(points.shape)
 
 

@@ -94,7 +94,7 @@ class Lifted:
 
     def noted(self) -> PoseSequence:
         """The poses, by this lifter, whose history ends with the step "lift" and all of this, for readers."""
-        said: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
-        said |= {name: np.round(said[name], 1).tolist() for name in _ROUNDED if said[name] is not None}
+        values: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+        values |= {name: np.round(values[name], 1).tolist() for name in _ROUNDED if values[name] is not None}
         poses = self.poses.with_(made_by=MadeBy("estimated", self.model))
-        return poses.noted("lift", **{name: value for name, value in said.items() if value is not None})
+        return poses.noted("lift", **{name: value for name, value in values.items() if value is not None})

@@ -69,10 +69,10 @@ class Measure:
     @property
     def judged(self) -> dict[str, bool]:
         """What files say of it beside it: `step_time_within_error` of `step_time_symmetry_index`, `count_at_least`."""
-        said = {f"{self.name}_at_least": True} if self.at_least else {}
+        flags = {f"{self.name}_at_least": True} if self.at_least else {}
         if self.within_error is not None:
-            said[self.about.within_key] = self.within_error
-        return said
+            flags[self.about.within_key] = self.within_error
+        return flags
 
 
 @dataclass(frozen=True)

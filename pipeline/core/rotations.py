@@ -48,12 +48,12 @@ def zxy_deg(R: np.ndarray) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     angles = np.full(R.shape[:-1], np.nan)
-    there = np.isfinite(R).all(axis=(-2, -1))
-    if there.any():
+    finite = np.isfinite(R).all(axis=(-2, -1))
+    if finite.any():
         with warnings.catch_warnings():
             # x at 90 degrees: one of the many triples that give it.
             warnings.simplefilter("ignore", UserWarning)
-            angles[there] = Rotation.from_matrix(R[there]).as_euler("ZXY", degrees=True)
+            angles[finite] = Rotation.from_matrix(R[finite]).as_euler("ZXY", degrees=True)
     return angles
 
 

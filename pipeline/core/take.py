@@ -237,8 +237,8 @@ class Take:
     def stands(self) -> bool:
         """Whether the camera is known to stand still, from the user or from the background of its images."""
         background = None if self.camera is None else self.camera.background
-        seen = background is not None and background.kind == "still"
-        return self.told.standing or (seen and not self.told.moving)
+        looks_still = background is not None and background.kind == "still"
+        return self.told.standing or (looks_still and not self.told.moving)
 
     @property
     def figures(self) -> Measures:

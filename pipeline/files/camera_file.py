@@ -81,9 +81,9 @@ def _cameras(path: Path) -> dict[str, Camera]:
     try:
         named = [(name or path.stem, camera) for name, camera in _in_tree(_parsed(text))]
     except ValueError as error:
-        said = f" ({str(error).strip().splitlines()[-1]})" if str(error).strip() else ""
+        detail = f" ({str(error).strip().splitlines()[-1]})" if str(error).strip() else ""
         raise InputError(
-            "format-unknown", f"Expected {_FORMATS}; {path} is not one, or is damaged{said}."
+            "format-unknown", f"Expected {_FORMATS}; {path} is not one, or is damaged{detail}."
         ) from None
     except RecursionError:
         raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
@@ -142,8 +142,8 @@ def _in_tree(tree: Any, name: str = "") -> Iterator[tuple[str, Camera]]:
         return
     entries = {str(key).lower().replace("_", ""): value for key, value in tree.items()}
     if _first(entries, _MATRIX) is not None:
-        own = _first(entries, _NAME)
-        yield (own if isinstance(own, str) and own else name), entries
+        camera_name = _first(entries, _NAME)
+        yield (camera_name if isinstance(camera_name, str) and camera_name else name), entries
         return
     for key, value in tree.items():
         yield from _in_tree(value, str(key))
@@ -159,7 +159,7 @@ def _intrinsics(camera: Camera, name: str, source: str) -> Intrinsics:
             f"{where}: expected a camera matrix fx 0 cx, 0 fy cy, 0 0 1, got {fx:g} {skew:g} {cx:g}, {zero:g} {fy:g} "
             f"{cy:g}, {' '.join(f'{number:g}' for number in last)}.",
         )
-    given, model = _first(camera, _DISTORTION), _first(camera, _MODEL)
+    distortion, model = _first(camera, _DISTORTION), _first(camera, _MODEL)
     if model not in (None, *_FISHEYE_MODELS, *_POLYNOMIAL_MODELS):
         raise InputError(
             "wrong-content",
@@ -171,7 +171,7 @@ def _intrinsics(camera: Camera, name: str, source: str) -> Intrinsics:
     return Intrinsics(
         focal_px=(fx, fy),
         principal_point_px=(cx, cy),
-        distortion=() if given is None else tuple(_numbers(given, f"{where}: distortion").tolist()),
+        distortion=() if distortion is None else tuple(_numbers(distortion, f"{where}: distortion").tolist()),
         fisheye=model in _FISHEYE_MODELS or bool(_numbers(marked, f"{where}: fisheye", 1)[0]),
         image_size=_size(camera, where),
         name=name,
@@ -180,13 +180,13 @@ def _intrinsics(camera: Camera, name: str, source: str) -> Intrinsics:
 
 
 def _size(camera: Camera, where: str) -> tuple[int, int] | None:
-    given = _first(camera, _SIZE)
-    if given is None:
+    size = _first(camera, _SIZE)
+    if size is None:
         sides = [_first(camera, _WIDTH), _first(camera, _HEIGHT)]
         if None in sides:
             return None
-        given = sides
-    width, height = _numbers(given, f"{where}: image size", 2)
+        size = sides
+    width, height = _numbers(size, f"{where}: image size", 2)
     if not (1 <= width < 1e6 and 1 <= height < 1e6 and width % 1 == 0 and height % 1 == 0):
         raise InputError(
             "wrong-content",

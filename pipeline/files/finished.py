@@ -158,7 +158,7 @@ def read_run(folder: str | Path) -> Take:
 
 
 def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
-    said = tuple(each.said() for each in summary.notices)
+    notices = tuple(each.said() for each in summary.notices)
     judged = summary.verdict is not None
     poses = _poses(summary, arrays)
     rectified = _rectified(summary, arrays, poses)
@@ -176,13 +176,13 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
             background=camera.background,
         ),
         poses=poses,
-        findings=grave(said) if judged else None,
+        findings=grave(notices) if judged else None,
         rectified=rectified,
         filtered=_filtered(summary, arrays, rectified.level),
         cutoff_hz=summary.cutoff_hz,
         angle_errors=summary.angle_errors,
         measures=None if summary.measures is None else read_measures(summary.measures),
-        notices=tuple(each for each in said if each not in grave(said)) if judged else said,
+        notices=tuple(each for each in notices if each not in grave(notices)) if judged else notices,
         inputs=summary.inputs,
         session=summary.session,
         told=summary.told,

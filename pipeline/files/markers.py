@@ -66,9 +66,9 @@ def read_trc(path: Path) -> Markers:
     be separated by blanks in place of tabs, and numbers may have decimal commas. InputError for what is none."""
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-        said = dict(zip(_cells(lines[1]), _cells(lines[2]), strict=False))
+        header = dict(zip(_cells(lines[1]), _cells(lines[2]), strict=False))
         names = [name for name in _cells(lines[3])[2:] if name]
-        unit = said["Units"]
+        unit = header["Units"]
     except (OSError, IndexError, KeyError) as error:
         raise InputError(
             "format-unknown",
@@ -167,8 +167,8 @@ def read_c3d(path: Path) -> Markers:
         file = parse(path.read_bytes())
     except (OSError, ValueError) as error:
         raise InputError("format-unknown", f"expected a C3D file with points: {error}.") from None
-    said = {name: texts(file.parameters, f"POINT:{name}") for name in ("LABELS", "UNITS", "Y_SCREEN")}
-    names = said["LABELS"][: file.points.shape[1]]
+    parameters = {name: texts(file.parameters, f"POINT:{name}") for name in ("LABELS", "UNITS", "Y_SCREEN")}
+    names = parameters["LABELS"][: file.points.shape[1]]
     if len(names) < file.points.shape[1] or not 0 < file.rate_hz < np.inf:
         raise InputError(
             "wrong-content",
@@ -178,8 +178,8 @@ def read_c3d(path: Path) -> Markers:
         )
     begin = file.first - 1 if f"{C3D_GROUP}:PROVENANCE" in file.parameters else 0
     numbers = begin + np.arange(len(file.points))
-    up = "y" if said["Y_SCREEN"][:1] == ["+Y"] else "z"
-    unit = "".join(said["UNITS"][:1]) or "mm"
+    up = "y" if parameters["Y_SCREEN"][:1] == ["+Y"] else "z"
+    unit = "".join(parameters["UNITS"][:1]) or "mm"
     return Markers(
         names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers, _maker(file)
     )

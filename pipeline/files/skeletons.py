@@ -179,12 +179,12 @@ def h36m17_of_limbs(joints: np.ndarray, names: Sequence[str]) -> np.ndarray:
     is mid-hips; all other joints are NaN. InputError without hips, knees and ankles."""
     at = _by_plain_name(names)
     for wanted in _limb_names():
-        there = {joint: at[name] for joint, name in wanted.items() if name in at}
-        if all(f"{side}_{joint}" in there for side in "lr" for joint in _LIMBS[:3]):
+        indices = {joint: at[name] for joint, name in wanted.items() if name in at}
+        if all(f"{side}_{joint}" in indices for side in "lr" for joint in _LIMBS[:3]):
             made = np.full((len(joints), len(H36M17), 3), np.nan)
-            for joint, i in there.items():
+            for joint, i in indices.items():
                 made[:, H36M17.index(joint)] = joints[:, i]
-            hips = (joints[:, there["l_hip"]] + joints[:, there["r_hip"]]) / 2
+            hips = (joints[:, indices["l_hip"]] + joints[:, indices["r_hip"]]) / 2
             made[:, H36M17.index("pelvis")] = hips
             return made
     raise InputError(

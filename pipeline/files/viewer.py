@@ -23,11 +23,11 @@ def view(folder: Path, web: bool = False) -> None:
     machine, until interrupted. InputError when there is no recording, or when no viewer opens."""
     # Without an address the viewer would listen to the whole network, and whoever holds its usual port would be handed
     # the recording.
-    own, quiet = ["--bind", _HERE, "--port", "auto"], QUIET
+    options, quiet = ["--bind", _HERE, "--port", "auto"], QUIET
     if web:
-        own += ["--web-viewer", "--web-viewer-port", "0"]
+        options += ["--web-viewer", "--web-viewer-port", "0"]
         quiet = QUIET | {"RUST_LOG": "error,re_sdk::web_viewer=info"}  # says the page's address
-    command = [viewer_executable(), *own, str(find_recording(folder))]
+    command = [viewer_executable(), *options, str(find_recording(folder))]
     try:
         ended = subprocess.run(command, env=os.environ | quiet)
     except KeyboardInterrupt:

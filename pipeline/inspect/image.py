@@ -68,8 +68,8 @@ def draw(poses: PoseSequence, path: Path) -> None:
     if not len(rows):
         raise InputError("nothing-usable", "There is no complete frame that could be drawn.")
     rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).round().astype(int)]
-    seen = _seen(poses.joints[rows], poses.frame)
-    reach = max(float(np.nanmax(np.abs(seen))), 1e-12)
+    points_seen = _seen(poses.joints[rows], poses.frame)
+    reach = max(float(np.nanmax(np.abs(points_seen))), 1e-12)
     image = np.full((len(_SIDES) * _CELL + _HEADER, len(rows) * _CELL, 3), 255, dtype=np.uint8)
     for column, row in enumerate(rows):
         x = column * _CELL
@@ -80,7 +80,7 @@ def draw(poses: PoseSequence, path: Path) -> None:
             cv2.rectangle(image, (x, y), (x + _CELL - 1, y + _CELL - 1), (225, 225, 225), 1)
             cv2.putText(image, side, (x + 6, y + 16), cv2.FONT_HERSHEY_SIMPLEX, 0.42, _MIDDLE, 1, cv2.LINE_AA)
             middle = np.array([x, y]) + _CELL / 2
-            points = middle + seen[column][:, axes] / reach * (_CELL / 2 - 18) * [1, -1]
+            points = middle + points_seen[column][:, axes] / reach * (_CELL / 2 - 18) * [1, -1]
             draw_bones(image, points, H36M17)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_png(path, image)

@@ -134,29 +134,29 @@ def inspect(
     tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
     people = []
     for source in sources:
-        found = [*row_findings(source), *altered(source)[1]]
-        found += _video_findings(_numbered(source, tracks, recording), recording)
+        findings = [*row_findings(source), *altered(source)[1]]
+        findings += _video_findings(_numbered(source, tracks, recording), recording)
         poses, fit = None, None
         if source.time_s is not None and recording is None:
             try:
                 check_times(source.time_s, str(path))
             except InputError as error:
-                found.append(notice("refused", reason=str(error)))
+                findings.append(notice("refused", reason=str(error)))
         if source.frame.dims == 3:
             try:
                 poses = read.normalised(source, guards=Guards(missing="gap", check="off"))
             except InputError as error:
-                found.append(notice("refused", reason=str(error)))
+                findings.append(notice("refused", reason=str(error)))
             else:
-                found += map(_as_refused, pose_findings(poses, source.frame.unit))
-                found += _up_findings(poses, found)
+                findings += map(_as_refused, pose_findings(poses, source.frame.unit))
+                findings += _up_findings(poses, findings)
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
-        found += swap_findings(looked_at, swaps)
+        findings += swap_findings(looked_at, swaps)
         if poses is not None and keypoints is not None:
             fit = _fit(poses, tracks, None if recording is None else shown_size(recording))
-            found += _fit_findings(fit, poses)
-        people.append(Person(source, poses, tuple(found), fit, swaps))
+            findings += _fit_findings(fit, poses)
+        people.append(Person(source, poses, tuple(findings), fit, swaps))
     return Inspection(path, read.adapter, tuple(people))
 
 
@@ -165,13 +165,13 @@ def _as_refused(finding: Notice) -> Notice:
     return replace(finding, weight="unusable") if finding.code == "upside-down" else finding
 
 
-def _up_findings(poses: PoseSequence, found: list[Notice]) -> list[Notice]:
+def _up_findings(poses: PoseSequence, findings: list[Notice]) -> list[Notice]:
     """What a run judges the poses by once it has rectified them, of some seconds in the middle. found: so far."""
-    if verdict(found) == "unusable":
+    if verdict(findings) == "unusable":
         return []
     first = max((len(poses) - _RECTIFIED) // 2, 0)
     some = poses.rows(first, min(first + _RECTIFIED, len(poses)))
-    rectified = registry.load("stages", "rectify")()(Take("inspect", poses=some, findings=tuple(found)))
+    rectified = registry.load("stages", "rectify")()(Take("inspect", poses=some, findings=tuple(findings)))
     return [*grave(rectified.notices)]
 
 
@@ -201,10 +201,10 @@ def _fit(poses: PoseSequence, tracks: tuple[PoseSequence, ...], size: tuple[int,
     if poses.frame.family != "camera":
         return None
     alike = [track for track in tracks if not poses.frames_known and len(track) == len(poses)]
-    found = [
+    fits = [
         together(numbered_by(track, poses, "") if track in alike else poses, track, size) for track in tracks
     ]
-    return min((fit for fit in found if fit), key=lambda fit: fit.best, default=None)
+    return min((fit for fit in fits if fit), key=lambda fit: fit.best, default=None)
 
 
 def _fit_findings(fit: Fit | None, poses: PoseSequence) -> list[Notice]:
@@ -219,13 +219,13 @@ def _known(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-def _evidence(found: Chirality | None) -> dict[str, Any] | None:
-    if found is None:
+def _evidence(chirality: Chirality | None) -> dict[str, Any] | None:
+    if chirality is None:
         return None
     values: dict[str, Any] = {
-        key: _known(value) if isinstance(value, float) else value for key, value in asdict(found).items()
+        key: _known(value) if isinstance(value, float) else value for key, value in asdict(chirality).items()
     }
-    return {"verdict": found.verdict, **values}
+    return {"verdict": chirality.verdict, **values}
 
 
 def _lines(person: Person) -> list[str]:

@@ -46,13 +46,14 @@ class InspectedVideo:
         }  # fmt: skip
 
     def __str__(self) -> str:
-        said = self.figures()
-        turned = f", turned by {said['rotation_deg']} degrees" if said["rotation_deg"] else ""
+        values = self.figures()
+        turned = f", turned by {values['rotation_deg']} degrees" if values["rotation_deg"] else ""
+        frames = how_many(values["frames"], "frame")
         lines = [
-            f"{said['file']}: video, {said['codec']}, {said['width']} x {said['height']} pixels{turned}",
-            f"{how_many(said['frames'], 'frame')}, at the rate that --fps tells a run"
+            f"{values['file']}: video, {values['codec']}, {values['width']} x {values['height']} pixels{turned}",
+            f"{frames}, at the rate that --fps tells a run"
             if self.video.images
-            else f"{how_many(said['frames'], 'frame')}{rate_in_words(said['fps'], ', ')}, {said['duration_s']:.1f} s",
+            else f"{frames}{rate_in_words(values['fps'], ', ')}, {values['duration_s']:.1f} s",
             *(each.text for each in (*self.video.doubts, *rate_doubts(None, self.video))),
             *_camera_in_words(self.take),
         ]

@@ -39,9 +39,9 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
         chosen = chosen.without(name) if chosen.has(name) else chosen
     short = {(flag_of(name), sets.place): getattr(options, name) for name, sets in SHORT.items()}
     chosen = _with_options(chosen, {way: value for way, value in short.items() if value})
-    own = {name: value for name, value in options.settings.items() if "." in name}
-    own = {(name, name): checked_setting(name, value) for name, value in own.items()}
-    chosen = _with_options(chosen, own)
+    settings = {name: value for name, value in options.settings.items() if "." in name}
+    settings = {(name, name): checked_setting(name, value) for name, value in settings.items()}
+    chosen = _with_options(chosen, settings)
     _check_read(options.told, chosen)
     return chosen
 

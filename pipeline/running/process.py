@@ -57,12 +57,12 @@ def process(
         keypoint_joints,
         recipe,
     )
-    own, chosen, given = asked.prepared(options)
-    if own.also:
+    run_options, chosen, given = asked.prepared(options)
+    if run_options.also:
         raise InputError(
             "option-conflict", "process writes no files: leave also out, or use run(output, also=...)."
         )
-    return run_in_memory(own, chosen, given)
+    return run_in_memory(run_options, chosen, given)
 
 
 def run(
@@ -94,8 +94,8 @@ def run(
         keypoint_joints,
         recipe,
     )
-    own, chosen, given = asked.prepared(options)
-    return run_files(own, output, chosen, force=force, given=given)
+    run_options, chosen, given = asked.prepared(options)
+    return run_files(run_options, output, chosen, force=force, given=given)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,25 +126,25 @@ class _Inputs:
             if network and not callable(network)
         }
         path, recipe = (None, self.recipe) if isinstance(self.recipe, Recipe) else (self.recipe, None)
-        own = RunOptions(recipe=path, **named, **options)
-        given = self._given(own)
+        run_options = RunOptions(recipe=path, **named, **options)
+        given = self._given(run_options)
         labels = {role: source.path for role, source in vars(given).items() if source is not None}
-        own = own.with_(**labels)
-        return own, self._with_functions(planned(own, recipe), given), given
+        run_options = run_options.with_(**labels)
+        return run_options, self._with_functions(planned(run_options, recipe), given), given
 
     def _file(self, role: str) -> Any:
         value = getattr(self, role)
         return value if isinstance(value, str | Path) else None
 
-    def _given(self, own: RunOptions) -> Given:
+    def _given(self, run_options: RunOptions) -> Given:
         poses = keypoints = None
         if self.poses is not None and self._file("poses") is None:
-            poses = source_of_poses(self.poses, self.meaning, own.guards)
+            poses = source_of_poses(self.poses, self.meaning, run_options.guards)
         if self.keypoints is not None and self._file("keypoints") is None:
             keypoints = source_of_keypoints(self.keypoints, self.keypoint_joints)
         given = Given(poses, keypoints)
         for role, flags in _FOR_FILES.items():
-            unread = [flag for flag in flags if getattr(own, flag) not in ("auto", {})]
+            unread = [flag for flag in flags if getattr(run_options, flag) not in ("auto", {})]
             if unread and getattr(given, role) is not None:
                 raise InputError(
                     "option-conflict",

@@ -80,16 +80,16 @@ def counted(what: str, total: int | None) -> Iterator[Done]:
 
 
 def _lines(what: str, total: int | None) -> Done:
-    start = said = time.monotonic()
+    start = last_line = time.monotonic()
     first: int | None = None
 
     def done(count: int, more: str = "") -> None:
-        nonlocal said, first
+        nonlocal last_line, first
         first = count if first is None else first
         now = time.monotonic()
-        if now - said < _SECONDS_A_LINE or count == first:
+        if now - last_line < _SECONDS_A_LINE or count == first:
             return
-        said, rate = now, (count - first) / (now - start)
+        last_line, rate = now, (count - first) / (now - start)
         line = f"{count}, {rate:.1f}/s"
         if total is not None:
             line = f"{count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"

@@ -195,10 +195,10 @@ def run_in_memory(options: RunOptions, recipe: Recipe, given: Given = NOTHING) -
 def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     """The files that a run is given, which it must not replace: its own, and those that options of readers and stages
     name, such as networks and cameras."""
-    own = (options.poses, options.keypoints, options.video, options.recipe)
+    files = (options.poses, options.keypoints, options.video, options.recipe)
     options_of_all = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
     named = [path for each in options_of_all for name, path in files_among(each).items() if name not in _LEFT]
-    return [path for path in own if path and path.exists()] + named
+    return [path for path in files if path and path.exists()] + named
 
 
 def _frame_rate(take: Take) -> float:

@@ -125,15 +125,15 @@ def _tried(step: Callable[[Take], Take], take: Take) -> Take | InputError:
 
 def _run(stage: Stage, take: Take) -> Take:
     """What a stage returns; InputError where that is no take, or one with a column that has not a value a frame."""
-    given: object = stage(take)
-    if not isinstance(given, Take):
-        raise _broken(stage, "a take", f"{type(given).__name__}; a stage returns the take that it made")
-    rows = len(given.poses) if given.poses else 0
-    for name, values in (given.kinematics or {}).items():
+    made: object = stage(take)
+    if not isinstance(made, Take):
+        raise _broken(stage, "a take", f"{type(made).__name__}; a stage returns the take that it made")
+    rows = len(made.poses) if made.poses else 0
+    for name, values in (made.kinematics or {}).items():
         if (shape := np.shape(values)) != (rows,):
             got = f"the shape {shape}; a column has a value a frame, here {rows}"
             raise _broken(stage, f"a column '{name}'", got)
-    return given
+    return made
 
 
 def _broken(stage: Stage, expected: str, got: str) -> InputError:

@@ -256,9 +256,9 @@ def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
 def unwrapped(angle_deg: np.ndarray) -> np.ndarray:
     """An angle (T,) without steps from one end of its range to the other. A step by about half a turn, as across the
     frames in which an arm raised sideways has no flexion, may go either way, and stays as it is."""
-    known = np.isfinite(angle_deg)
+    finite = np.isfinite(angle_deg)
     result = angle_deg.copy()
-    result[known] = np.unwrap(angle_deg[known], discont=_AROUND, period=360.0)
+    result[finite] = np.unwrap(angle_deg[finite], discont=_AROUND, period=360.0)
     return result
 
 
@@ -266,10 +266,10 @@ def continuous(angle_deg: np.ndarray, centre_deg: float) -> np.ndarray:
     """An angle (T,) `unwrapped`, about the middle of its range, which lies within 180 degrees of centre_deg; as it is
     where it turns all the way round."""
     values = unwrapped(angle_deg)
-    known = values[np.isfinite(values)]
-    if not len(known) or np.ptp(known) > 360:
+    finite = values[np.isfinite(values)]
+    if not len(finite) or np.ptp(finite) > 360:
         return angle_deg
-    middle = (known.min() + known.max()) / 2
+    middle = (finite.min() + finite.max()) / 2
     return values + near(middle, centre_deg) - middle
 
 

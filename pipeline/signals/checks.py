@@ -77,7 +77,7 @@ class Chirality:
         return "doubtful" if unseen or (shares < 0.5).any() else "good"
 
     def __str__(self) -> str:
-        said = {
+        votes_of = {
             "the nose points forward": (self.nose, self.nose_votes),
             "the knees bend forward": (self.knees, self.knee_votes),
             "hips and shoulders agree on left": (self.arms_legs, self.arms_legs_votes),
@@ -86,7 +86,7 @@ class Chirality:
             f"{words} in {100 * share:.0f} % of {how_many(votes, 'frame')}"
             if votes
             else f"no frame tells whether {words}"
-            for words, (share, votes) in said.items()
+            for words, (share, votes) in votes_of.items()
         )
 
 
@@ -184,18 +184,18 @@ def empty_rows(poses: PoseSequence) -> np.ndarray:
     """(T,) True where all joints that are there, more than two, lie on one point, as failed frames do that were filled
     with zeros; a joint that the source never has stays NaN in these too."""
     joints = poses.without_feet.joints
-    there = np.isfinite(joints).all(axis=-1, keepdims=True)
-    lowest = np.where(there, joints, np.inf).min(axis=1)
-    highest = np.where(there, joints, -np.inf).max(axis=1)
-    return (lowest == highest).all(axis=-1) & (there.sum(axis=(1, 2)) > 2)
+    finite = np.isfinite(joints).all(axis=-1, keepdims=True)
+    lowest = np.where(finite, joints, np.inf).min(axis=1)
+    highest = np.where(finite, joints, -np.inf).max(axis=1)
+    return (lowest == highest).all(axis=-1) & (finite.sum(axis=(1, 2)) > 2)
 
 
 def whole_rows(poses: PoseSequence) -> np.ndarray:
     """(T,) True where no joint is missing, but for those of head and limbs that no row has: the source lacks these."""
     poses = poses.without_feet
-    there = np.asarray(is_finite(poses.joints))
-    lacks = ~there.any(axis=0) & ~np.isin(poses.layout.joints, _OF_TRUNK)
-    return np.asarray((there | lacks).all(axis=1) & there.any(axis=1))
+    finite = np.asarray(is_finite(poses.joints))
+    lacks = ~finite.any(axis=0) & ~np.isin(poses.layout.joints, _OF_TRUNK)
+    return np.asarray((finite | lacks).all(axis=1) & finite.any(axis=1))
 
 
 def upside_down(poses: PoseSequence) -> list[Notice]:

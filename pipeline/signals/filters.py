@@ -79,10 +79,10 @@ def even_grid(time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     fps = rate(time_s)
     steps = np.round(np.diff(time_s) * fps).astype(int)
     numbers = np.concatenate([[0], np.cumsum(steps)])
-    found = None if (steps < 1).any() else _grid(time_s, numbers, fps)
-    if found is None:
+    grid = None if (steps < 1).any() else _grid(time_s, numbers, fps)
+    if grid is None:
         return None
-    start, interval = found
+    start, interval = grid
     return start + interval * np.arange(numbers[-1] + 1), numbers
 
 
@@ -264,10 +264,10 @@ def each_path(
     go together.
     """
     result = np.empty((len(paths) if rows is None else rows, *paths.shape[1:]), paths.dtype)
-    seen = np.asarray(np.isfinite(paths).reshape(*paths.shape[:2], -1).all(axis=-1))
+    finite = np.asarray(np.isfinite(paths).reshape(*paths.shape[:2], -1).all(axis=-1))
     alike: dict[bytes, list[int]] = {}
-    for path, known in enumerate(seen.T):
-        alike.setdefault(known.tobytes(), []).append(path)
+    for path, has_value in enumerate(finite.T):
+        alike.setdefault(has_value.tobytes(), []).append(path)
     most = max(_AT_ONCE // max(len(paths), 1), 1)
     for group in alike.values():
         for first in range(0, len(group), most):

@@ -43,13 +43,13 @@ def keypoint_rays(
     hidden, _ = unseen(keypoints, camera.image_size, poses.frame_index, poses.times)
     if camera.intrinsics is not None:  # afterwards, for the filmed image's border is not the ideal one's
         keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
-    seen = remap(keypoints, H36M17)
-    rows = np.minimum(np.searchsorted(seen.frame_index, poses.frame_index), len(seen) - 1)
-    there = (seen.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
-    rays = (seen.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
-    confidence = seen.confidence[rows]
+    body = remap(keypoints, H36M17)
+    rows = np.minimum(np.searchsorted(body.frame_index, poses.frame_index), len(body) - 1)
+    visible = (body.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
+    rays = (body.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
+    confidence = body.confidence[rows]
     trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE) ** 2
-    return np.where(there[..., None], rays, np.nan), trust
+    return np.where(visible[..., None], rays, np.nan), trust
 
 
 def placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,10 +70,10 @@ def placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[n
 
 
 def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    seen = is_finite(rays) & is_finite(joints) & (weights > 0)
-    enough = seen.sum(axis=1) >= FEWEST
-    rays, joints = np.where(seen[..., None], rays, 0.0), np.where(seen[..., None], joints, 0.0)
-    trust = np.where(seen, weights, 0.0)
+    usable = is_finite(rays) & is_finite(joints) & (weights > 0)
+    enough = usable.sum(axis=1) >= FEWEST
+    rays, joints = np.where(usable[..., None], rays, 0.0), np.where(usable[..., None], joints, 0.0)
+    trust = np.where(usable, weights, 0.0)
     sides = rays * joints[..., 2:] - joints[..., :2]
     weights, expected = trust, rays
     for _ in range(_ROUNDS):
@@ -81,12 +81,12 @@ def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[
         matrix[~enough] = np.eye(3)
         place = np.linalg.solve(matrix, right[..., None])[..., 0]
         ahead = joints + place[:, None]
-        inside = seen & (ahead[..., 2] > NEAREST)
+        inside = usable & (ahead[..., 2] > NEAREST)
         expected = np.where(inside[..., None], ahead[..., :2] / np.maximum(ahead[..., 2:], NEAREST), rays)
         off = np.linalg.norm(place[:, None, :2] - rays * place[:, None, 2:] - sides, axis=-1)
-        usual = _median(off * np.sqrt(trust), seen) + _LEAST_ERROR
+        usual = _median(off * np.sqrt(trust), usable) + _LEAST_ERROR
         weights = trust / (1 + trust * (off / (_ROBUST * usual[:, None])) ** 2)
-    freedom = np.maximum(2 * seen.sum(axis=1) - 3, 1)
+    freedom = np.maximum(2 * usable.sum(axis=1) - 3, 1)
     variance = (weights * off**2).sum(axis=1) / freedom + _LEAST_ERROR**2 * trust.max(axis=1)
     enough &= place[:, 2] > NEAREST
     information = (matrix + matrix.swapaxes(1, 2)) / 2 / np.where(enough, variance, 1.0)[:, None, None]
@@ -107,10 +107,10 @@ def _normal(
     return matrix, np.concatenate([across, along[:, None]], axis=1)
 
 
-def _median(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+def _median(values: np.ndarray, usable: np.ndarray) -> np.ndarray:
     """(T,) median of the seen values of each row (T, J); 0 where none is seen."""
-    ordered = np.sort(np.where(seen, values, np.inf), axis=1)
+    ordered = np.sort(np.where(usable, values, np.inf), axis=1)
     middle = np.take_along_axis(
-        ordered, (seen.sum(axis=1) // 2).clip(max=values.shape[1] - 1)[:, None], axis=1
+        ordered, (usable.sum(axis=1) // 2).clip(max=values.shape[1] - 1)[:, None], axis=1
     )[:, 0]
     return np.where(np.isfinite(middle), middle, 0.0)

@@ -360,10 +360,10 @@ def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
     """(M,) median length of vectors (T, M, D) over time, at least `floor`; infinite where all are missing, and where it
     is 0 and so is the floor: without a trunk in sight, what keeps still has no size to judge it by."""
     length = np.linalg.norm(vectors, axis=-1)
-    seen = np.isfinite(length).any(axis=0)
+    visible = np.isfinite(length).any(axis=0)
     median = np.full(length.shape[1], np.inf)
     middle = np.median if np.isfinite(length).all() else np.nanmedian  # which takes many times as long
-    median[seen] = np.maximum(middle(length[:, seen], axis=0), floor)
+    median[visible] = np.maximum(middle(length[:, visible], axis=0), floor)
     return np.where(median > 0, median, np.inf)
 
 
@@ -477,15 +477,15 @@ def treated(
     notices: list[Notice] = []
     of_poses = None
     if keypoints is not None:
-        keypoints, swaps, said = _treated(keypoints, "keypoints", how)
-        notices += said
+        keypoints, swaps, more = _treated(keypoints, "keypoints", how)
+        notices += more
         frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
         if poses is not None and len(frames):
             poses, beside = _beside(poses, frames, how)
             notices.append(beside)
     if poses is not None:
-        poses, of_poses, said = _treated(poses, "poses", how)
-        notices += said
+        poses, of_poses, more = _treated(poses, "poses", how)
+        notices += more
         if how != "report" and any(swap.certain for swap in of_poses):
             of_poses = None
     return poses, keypoints, tuple(notices), of_poses
@@ -517,5 +517,5 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
         return poses, notice("swapped-keypoints", wrong=int(wrong.sum()))
     masked = poses.with_(joints=np.where(wrong[:, None, None], np.nan, poses.joints))
     count, where = int(wrong.sum()), "where those of the keypoints are exchanged"
-    said = notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses))
-    return masked.noted("swaps", rows_masked=count), said
+    masked_notice = notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses))
+    return masked.noted("swaps", rows_masked=count), masked_notice

@@ -39,17 +39,17 @@ def unseen(
     (T, 17) which of them were out of the image. keypoints: of the same person, pixels; image_size: width and height,
     None where unknown. A frame without a row of keypoints says nothing. A joint of MoveNet that was not seen is seen
     again once the detector is sure of it, not where it only guesses between two such times."""
-    seen = remap(keypoints, H36M17)
-    rows = np.searchsorted(seen.frame_index, frame_index)
-    there = (rows < len(seen)) & (seen.frame_index[np.minimum(rows, len(seen) - 1)] == frame_index)
-    rows = np.where(there, rows, 0)
-    points, score = seen.joints[rows], seen.confidence[rows]
+    body = remap(keypoints, H36M17)
+    rows = np.searchsorted(body.frame_index, frame_index)
+    has_row = (rows < len(body)) & (body.frame_index[np.minimum(rows, len(body) - 1)] == frame_index)
+    rows = np.where(has_row, rows, 0)
+    points, score = body.joints[rows], body.confidence[rows]
     out = _out(points, image_size) | _squeezed(points, image_size)
-    bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & there[:, None]
+    bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & has_row[:, None]
     hidden, scores = _mostly(bad, times), mean_scores(keypoints, frame_index, times)
     if scores is not None:
         _until_sure(hidden, scores)
-    return hidden, _mostly(out & there[:, None], times)
+    return hidden, _mostly(out & has_row[:, None], times)
 
 
 def _until_sure(hidden: np.ndarray, scores: np.ndarray) -> None:
@@ -68,12 +68,12 @@ def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndar
     Arguments as of `unseen`."""
     if keypoints.made_by.by.partition("@")[0] != "movenet":
         return None
-    seen = remap(keypoints, H36M17)
-    rows = np.minimum(np.searchsorted(seen.frame_index, frame_index), len(seen) - 1)
-    score = seen.confidence[rows].astype(np.float64)
-    known = (seen.frame_index[rows] == frame_index)[:, None] & np.isfinite(score)
+    body = remap(keypoints, H36M17)
+    rows = np.minimum(np.searchsorted(body.frame_index, frame_index), len(body) - 1)
+    score = body.confidence[rows].astype(np.float64)
+    has_score = (body.frame_index[rows] == frame_index)[:, None] & np.isfinite(score)
     with np.errstate(invalid="ignore"):
-        return _about(np.where(known, score, 0.0), times, _SURE_S) / _about(known, times, _SURE_S)
+        return _about(np.where(has_score, score, 0.0), times, _SURE_S) / _about(has_score, times, _SURE_S)
 
 
 def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
@@ -126,11 +126,11 @@ def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndar
             at, begins = H36M17.indices((f"{side}_{end}", f"{side}_{beginning}"))
             with np.errstate(divide="ignore", invalid="ignore"):
                 length = np.linalg.norm(points[:, at] - points[:, begins], axis=-1) / trunk
-            own = length[(gap[:, at] > _INSIDE) & np.isfinite(length)]
-            if len(own) < _FEWEST:
+            inside = length[(gap[:, at] > _INSIDE) & np.isfinite(length)]
+            if len(inside) < _FEWEST:
                 continue
             edge = gap[:, at] <= 1
-            short = edge & (length < _SHORT * np.median(own))
+            short = edge & (length < _SHORT * np.median(inside))
             for first, stop in stretches(gap[:, at] <= _INSIDE).tolist():
                 if short[first:stop].any():
                     squeezed[first + int(edge[first:stop].argmax()) : stop, at] = True
