@@ -145,7 +145,8 @@ def why_not(levelled: Levelled) -> str:
     if not fine.any():
         return "no frame has the torso joints that a rotation needs"
     if fine.sum() < _FEWEST_FRAMES:
-        return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
+        shows = "frame shows" if fine.sum() == 1 else "frames show"
+        return f"only {fine.sum()} {shows} how the torso is turned, of {_FEWEST_FRAMES} that are needed"
     bound = float(levelled.up_bound_deg[fine].max())
     wide = f"its up is known only to within {bound:.0f} degrees" if bound > _WIDEST_BOUND_DEG else ""
     if levelled.up.by_bodies < 0.5:

@@ -29,10 +29,12 @@ _GAITS = {"running": "Ran", "walking or running": "Walked or ran"}
 
 @dataclass(frozen=True)
 class Headline:
-    """A figure of the first screen: its label, and its value with unit and error."""
+    """A figure of the first screen: its label, and its value with unit and error. error_missing: whether it should have
+    one, and none is known."""
 
     label: str
     value: str
+    error_missing: bool = False
 
 
 def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
@@ -67,7 +69,7 @@ def headlines(take: Take) -> list[Headline]:
     metric = take.poses is not None and take.poses.frame.metric
     kept = [headline for unit, headline in figures if metric or unit not in OF_LENGTH]
     joints = [
-        Headline(f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.words(side))
+        Headline(f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.words(side), each.bar is None)
         for each in joint_ranges(measures.group("range_of_motion"))
         for side in each.ends
     ]
@@ -81,7 +83,8 @@ def _of(group: Measures, what: str, names: Sequence[str]) -> Iterator[tuple[str,
             label = (
                 what if name == "count" else f"{what}, {rows[0].about.label}" if what else rows[0].about.label
             )
-            yield rows[0].unit, Headline(label, _spread(rows))
+            unknown = rows[0].unit != "" and all(row.error is None for row in rows)
+            yield rows[0].unit, Headline(label, _spread(rows), unknown)
 
 
 def _spread(rows: Sequence[Measure]) -> str:
@@ -128,7 +131,8 @@ def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
         every = squats is not None and squats.value == count.value
         some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
         what = _many(count, "squat" if every else "knee bend")
-        yield int(count.value), f"{what}{some}{_peaks(bends, ' of the less bent knee')}."
+        peaks = f"{_peaks(bends, ' of the less bent knee')}{_unknown(bends.repetitions('peak'))}"
+        yield int(count.value), f"{what}{some}{peaks}."
     yield from _held(bends, "Knees held bent")
 
 
@@ -138,11 +142,13 @@ def _raised(arms: Measures) -> Iterator[tuple[int, str]]:
     right, left = counts
     if right and left and _many(right, "") == _many(left, "") and _together(*sides):
         peaks = "".join(_peaks(of, f" of the {side}") for of, side in zip(sides, _SIDES, strict=True))
-        yield int(right.value), f"{_many(right, 'raise')} of both arms{peaks}."
+        unknown = _unknown([row for of in sides for row in of.repetitions("peak")])
+        yield int(right.value), f"{_many(right, 'raise')} of both arms{peaks}{unknown}."
     else:
         for side, of, count in zip(_SIDES, sides, counts, strict=True):
             if count:
-                yield int(count.value), f"{_many(count, 'raise')} of the {side} arm{_peaks(of)}."
+                unknown = _unknown(of.repetitions("peak"))
+                yield int(count.value), f"{_many(count, 'raise')} of the {side} arm{_peaks(of)}{unknown}."
     for side, of in zip(_SIDES, sides, strict=True):
         yield from _held(of, f"{side.capitalize()} arm held up")
 
@@ -166,8 +172,7 @@ def _held(of: Measures, what: str) -> Iterator[tuple[int, str]]:
 def _jumped(jumps: Measures) -> Iterator[tuple[int, str]]:
     if count := jumps.figure("count"):
         heights = jumps.repetitions("height_by_flight_time")
-        unknown = " (error not known)" if heights and all(row.error is None for row in heights) else ""
-        high = f", {_spread(heights)} high by time in the air{unknown}" if heights else ""
+        high = f", {_spread(heights)} high by time in the air{_unknown(heights)}" if heights else ""
         yield int(count.value), f"{_many(count, 'jump')}{high}."
 
 
@@ -178,6 +183,13 @@ def _peaks(of: Measures, what: str = "") -> str:
         return ""
     some = f" ({len(peaks)} of them)" if len(peaks) < of.count() else ""
     return f", peak{'s' * (len(peaks) > 1)}{what}{some} {_spread(peaks)}"
+
+
+def _unknown(rows: Sequence[Measure]) -> str:
+    """ " (error not known)" behind figures of which none has an error."""
+    if not rows or any(row.error is not None for row in rows):
+        return ""
+    return f" (error{'s' * (len(rows) > 1)} not known)"
 
 
 def _many(count: Measure, what: str) -> str:
@@ -205,8 +217,11 @@ class JointRange:
     times: float
 
     def words(self, side: str) -> str:
-        """Such as "3 to 58 ± 9°"; of a joint that goes two ways "4 left to 6 right ± 9°"."""
-        return f"{_between(*self.ends[side], _WAYS.get(self.angle))}{'' if self.bar is None else f' ± {self.bar:.0f}'}°"
+        """Such as "3 to 58 ± 9°"; of a joint that goes two ways "4° left to 6° right ± 9°"."""
+        ends, bar = self.ends[side], "" if self.bar is None else f" ± {self.bar:.0f}"
+        if ways := _WAYS.get(self.angle):
+            return f"{_between_ways(*ends, ways)}{bar}{'°' * bool(bar)}"
+        return f"{_span(*ends)}{bar}°"
 
 
 def _ranges(measures: Measures) -> Iterator[str]:
@@ -249,11 +264,16 @@ def _range(ranges: Measures, name: str) -> JointRange:
     return JointRange(name, ends, max(bars, default=None), times)
 
 
-def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
-    """Such as "3 to 58"; of a joint that goes two ways "4 left to 6 right", "6 to 2 left", "0 to 6 right"."""
+def _span(low: float, high: float, unit: str = "") -> str:
+    """Such as "3 to 58", or "3" where both are it."""
+    return " to ".join(dict.fromkeys(f"{round(end)}{unit}" for end in (low, high)))
+
+
+def _between_ways(low: float, high: float, ways: tuple[str, str]) -> str:
+    """Such as "4° left to 6° right", "6° to 2° left", "0° to 6° right", "0°"."""
     ends = [round(end) for end in (low, high)]
-    if ways is None or ends == [0, 0]:
-        return " to ".join(dict.fromkeys(map(str, ends)))
+    if ends == [0, 0]:
+        return "0°"
     if ends[0] < 0 < ends[1]:
-        return f"{-ends[0]} {ways[0]} to {ends[1]} {ways[1]}"
-    return f"{' to '.join(dict.fromkeys(str(abs(end)) for end in ends))} {ways[ends[1] > 0 or ends[0] == 0]}"
+        return f"{-ends[0]}° {ways[0]} to {ends[1]}° {ways[1]}"
+    return f"{_span(*map(abs, ends), unit='°')} {ways[ends[1] > 0 or ends[0] == 0]}"

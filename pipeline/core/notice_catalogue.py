@@ -99,14 +99,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "others-missed": ("note", "files",
         "The detector follows one person at a time; --everyone finds and processes everybody."),
     "person-chosen": ("warning", "files",
-        "Person {person} was processed; {others:~other was/others were} visible and left out: {listed}. --everyone "
-        "processes all, --person NAME another."),
+        "Person {person} was processed; left out {others:?is/are} {listed}: {others:?another person/other people}, or "
+        "the same one under another number. --everyone processes all, --person NAME another."),
     "cut-or-another": ("warning", "view",
         "At frame {frame} one person is lost and another found: it may be the same person under another number."),
     "joined-again": ("note", "files",
         "Person {person} was out of view and came back as {again}: taken for the same by place, size and look."),
     "lost-and-found": ("warning", "files",
-        "Person {again} may be {person} again; {frames:~frame} under that number are left out."),
+        "Person {again} may be {person} again; {frames:~frame} under that number {frames:?is/are} left out."),
     "hardly-a-person": ("warning", "view",
         "Person {person} may not be a person: {reason}. Look at the key frames."),
     "interrupted": ("warning", "files",
@@ -134,7 +134,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {what} look wrong: {swaps} ({wrong} of {of:~frame}); run --set read.swaps=mask leaves these "
         "limbs out there."),
     "swaps-doubtful": ("warning", "left and right",
-        "The {what} look wrong: {doubt}, or in the frames beside these."),
+        "The {what} look wrong: {doubt}, or near there."),
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~frame})."),
     "swapped-keypoints": ("warning", "left and right",

@@ -61,11 +61,15 @@ def _beside(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> PoseSeque
     others = sorted((other for other in people if other.person != chosen.person), key=len, reverse=True)
     if not others:
         return chosen
-    tracks = [
-        f"{other.person} (frames {other.frame_index[0]} to {other.frame_index[-1]})" for other in others
-    ]
+    tracks = [f"{other.person} ({_when(other)})" for other in others]
     values = {"others": len(others), "listed": listed(tracks), "person": chosen.person}
     return chosen.saying(notice("person-chosen", **values))
+
+
+def _when(poses: PoseSequence) -> str:
+    """Such as "frames 5 to 39"."""
+    first, last = poses.frame_index[[0, -1]]
+    return f"frame {first}" if first == last else f"frames {first} to {last}"
 
 
 def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> list[Notice]:

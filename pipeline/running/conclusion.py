@@ -21,6 +21,7 @@ from .people import PersonRun
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result
 _OTHERS = (*_FIRST, "joined-again")  # without them there is one person, whose name says nothing
+_SAID_BEFORE = (*_FIRST, "not-levelled")  # or in the verdict
 _SAID = (
     "note",
     "repair",
@@ -83,8 +84,9 @@ def _say(takes: Mapping[str, Take]) -> int:
         sys.stdout.flush()  # what was printed stands before what is said on stderr
     whose: dict[Notice, list[str]] = {}
     for who, take in takes.items():
+        in_verdict = {finding.text for finding in grave(take.judged)}
         for each in take.notices:
-            if each.weight in _SAID and each.code not in _FIRST:
+            if each.weight in _SAID and each.code not in _SAID_BEFORE and each.text not in in_verdict:
                 whose.setdefault(each, []).append(who)
     chosen = [*whose]
     if not is_verbose():
@@ -134,6 +136,6 @@ def first_line(take: Take) -> str:
             length = f"{len(rows)} of the video's {how_many(whole, 'frame')} ({100 * len(rows) // whole} %)"
     if any(each.code in _OTHERS for each in take.notices):
         length += f", of person {rows.person}"
-    if rows.time_s is not None:
+    if rows.time_s is not None and len(rows) > 1:
         length = f"{rows.duration_s:.1f} s, {length}"
     return " ".join([f"{length}.", *answer(take)])

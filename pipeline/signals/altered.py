@@ -21,7 +21,7 @@ from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.rotations import is_finite
+from ..core.rotations import is_finite, rotate
 from .checks import empty_rows
 from .filters import stretches
 
@@ -32,6 +32,8 @@ _ENDS = tuple(f"{side}_{part}" for side in _SIDES for part in ("ankle", "wrist")
 # many at least: a slow, smooth path is nearly straight for long.
 _ON_LINE, _BENDS = 2.0, 6.0
 _FEWEST = 3  # points of a line
+_OF_FEET = ("ankle", "heel", "toe")
+_PLANTED = 0.01  # of a trunk: how high above its lowest place a foot stands on the floor
 _BY_CHANCE = 1e-4  # lines in a take
 # Share of points on lines of one point from which nothing is said: somebody stands still.
 _MOST_BY_CHANCE = 0.5
@@ -91,7 +93,8 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     """Points on straight lines in time, or held where they were, between two that are not: a gap was filled.
 
     How many points a line needs depends on how often one is on a line by chance, which lines of any length show alike.
-    A row that repeats the one before in all joints is a repeated image, and another matter.
+    A row that repeats the one before in all joints is a repeated image, and another matter. So is a foot on the
+    floor of a world: programs that make motion, or clean it, put the standing foot exactly there.
     """
     joints = points.joints.astype(np.float64)
     unseen = np.zeros(joints.shape[:2], dtype=bool)
@@ -103,8 +106,11 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     chance = (len(lines) + 1) / (int((bend > _ON_LINE).sum()) + 1)
     by_chance = np.log(_BY_CHANCE / unseen.size) / np.log(chance) if chance < _MOST_BY_CHANCE else np.inf
     fewest = max(_FEWEST, by_chance)
+    planted = _planted(points)
     for joint, first, stop in lines:
         if stop - first < fewest or not (bend[[first - 1, stop], joint] > _BENDS).all():
+            continue
+        if planted[first:stop, joint].all():
             continue
         way = moved[first : stop + 1, joint]
         # A joint that keeps still in whole pixels is on lines too.
@@ -115,6 +121,18 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     first = int(np.flatnonzero(unseen.any(axis=1))[0])
     values = {"count": int(unseen.sum()), "joints": _listed(points.layout, unseen)}
     return unseen, [notice("joints-filled", rows=[first], **values)]
+
+
+def _planted(points: PoseSequence) -> np.ndarray:
+    """(T, J) where a joint of the feet is as low as in any row, in poses whose path in a world is known."""
+    planted = np.zeros(points.joints.shape[:2], dtype=bool)
+    feet = points.layout.indices([name for name in points.layout.joints if name.endswith(_OF_FEET)])
+    if points.frame.family != "world" or points.frame.origin == "pelvis":
+        return planted
+    height = rotate(points.frame.basis.T, points.joints[:, feet].astype(np.float64))[..., 2]
+    trunk = trunk_length(points.joints, points.layout)
+    planted[:, feet] = height - np.fmin.reduce(height) < _PLANTED * trunk
+    return planted
 
 
 def _bends_and_moves(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -89,7 +89,9 @@ def _without_range(ranges_of: Measures) -> list[str]:
 
 def sides_compared(measures: Measures) -> list[str]:
     """Sentences on whether the sides differ, in ranges of motion and steps, told apart from the one difference in ten
-    that chance makes; none where no error is stated. measures: of a take."""
+    that chance makes; none where no error is stated. That they do not differ is said of a walk alone, in which both
+    have the same to do: of who stands on one leg it would be untrue, however large the errors are. measures: of a take.
+    """
     walking, symmetry = measures.group("walking"), measures.group("symmetry")
     indices = {
         f"range of {label_of(name)}": of.figure("symmetry_index") for name, of in symmetry.groups.items()
@@ -113,7 +115,8 @@ def sides_compared(measures: Measures) -> list[str]:
         return [
             f"Right and left differ in {', '.join(apart)} (right minus left; {compared} compared).",
         ]
-    return ["No clear difference between right and left."]
+    alike = any(FIGURES[name].label in stated for name in COMPARED)
+    return ["No clear difference between right and left."] if alike else []
 
 
 def _difference(symmetry: Measures, errors: AngleErrors | None) -> Cell:

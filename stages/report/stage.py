@@ -30,6 +30,7 @@ from .trust import trust
 
 # The one meaning of 90 %.
 _ERRORS = 'On this page ±, "within" and 90 % mean the same: nine in ten true values lie in that range.'
+_UNKNOWN = "Where an angle, time, length or speed has no ±, its error is not known."
 _NO_METRES = "Lengths and speeds are not in metres: give the person's height, --stature 1.75."
 
 
@@ -89,9 +90,9 @@ def _first_notes(take: Take) -> Markup:
     of_length = not take.need("poses").frame.metric and any(
         row.unit in OF_LENGTH and row.about.audience != "files" for row in rows
     )
-    return (
-        small(" ".join([_ERRORS] * stated + [_NO_METRES] * of_length)) if stated or of_length else Markup("")
-    )
+    missing = any(each.error_missing for each in headlines(take))
+    notes = [_ERRORS] * stated + [_UNKNOWN] * missing + [_NO_METRES] * of_length
+    return small(" ".join(notes)) if notes else Markup("")
 
 
 def _key_frames(take: Take) -> Markup:

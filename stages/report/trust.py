@@ -10,8 +10,8 @@ from markupsafe import Markup
 from ...models.common.residuals import limb_scores
 from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import SD_90
-from ...pipeline.core.messages import how_many, spans_in_words
-from ...pipeline.core.notices import Notice, grave
+from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.notices import Notice, grave, verdict_name
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
@@ -52,21 +52,23 @@ def trust(take: Take, facts: Facts) -> Markup:
         checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
     checks += _others(take, {text for _, _, texts in checks for text in texts})
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
+    without_errors = take.angle_errors == "none"
     verdict, reason = "Usable.", "Figures hold within their errors."
     if level == "bad":
         unusable = take.verdict == "unusable"
         verdict, reason = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""
     elif take.verdict == "suspicious":
-        verdict, reason = "Check.", "Some figures may be off by more than their errors."
+        verdict = "Check."
+        reason = f"Some figures may be off{'' if without_errors else ' by more than their errors'}."
     elif _against_rate(take.said):
         reason = "Times and speeds hold only if the frame rate is right."
-    elif take.angle_errors == "none":
+    elif without_errors:
         reason = "The errors of the angles are not known."
     elif level == "care":
         reason = ""
     marked = sum(how != "good" for _, how, _ in checks)
-    points = f"{how_many(marked, 'point')} marked '!'" if level == "care" else "what is marked"
-    look = f"Look at {'the ' * (level == 'care')}{points}." if level != "good" else ""
+    points = f"{'point' if marked == 1 else f'{marked} points'} marked '!'"
+    look = {"care": f"Look at the {points}.", "bad": "Look at what is marked.", "good": ""}[level]
     return gauge(level, verdict, " ".join(filter(None, [reason, look])), checks)
 
 
@@ -94,11 +96,9 @@ def _poses(take: Take) -> list[Check]:
     if against := [each.text for each in _against_rate(take.notices) if each.weight == "warning"]:
         level = "care" if level == "good" else level
         doubts += against
-    name = f"The poses are {take.verdict}"
+    name = verdict_name(take.judged).capitalize()
     if level == "good" and take.error_unknown:
         name, level = "How far the poses are off cannot be judged", "care"
-    if [doubt.code for doubt in graver] == ["too-few-frames"]:
-        name = "The poses cannot be judged"
     elif level == "good" and _whole(poses).mean() < _MOSTLY:
         name, level = "What was seen of the poses is good", "care"
     return [(name, level, doubts)]
@@ -118,10 +118,8 @@ def _undoubted(poses: PoseSequence) -> str:
 
 def _up(facts: Facts) -> Check:
     if not facts.rectified.level_ok:
-        text = (
-            f"The take could not be levelled: {facts.rectified.level_reason}. Do not believe {_TO_GRAVITY}."
-        )
-        return "Which way is up", "bad", [text]
+        not_levelled = f"The take could not be levelled: {facts.rectified.level_reason}."
+        return "Which way is up", "bad", [not_levelled, f"Do not believe {_TO_GRAVITY}."]
     if facts.up_of_world:
         weight = "care" if facts.up_bound_deg is None else "good"
         return "Which way is up", weight, [facts.up_words]

@@ -75,7 +75,7 @@ def up_of(rectified) -> np.ndarray:
 def test_one_frame_is_turned_but_not_called_level(joints, truth, rectifier):
     take = Rectify(rectifier)(Take("t", poses=poses_of(joints[:1])))
     rectified = take.rectified
-    assert rectified.level_reason == "only 1 frame has a rotation"
+    assert rectified.level_reason == "only 1 frame shows how the torso is turned, of 10 that are needed"
     assert np.isfinite(rectified.level.joints).all()
     assert any("could not be levelled" in text for text in warnings(take))
     assert geodesic_deg(rectified.R_source_from_body[0], truth[0]) < 6

@@ -62,17 +62,17 @@ def test_a_walk_with_its_cadence_speed_and_knees():
         ),
         (
             {"knee_bends": {"count": 3, "squats": 1, "peak_deg": [55.0, 90.0, 60.0]}},
-            "3 knee bends (1 squat), peaks of the less bent knee 55 to 90°.",
+            "3 knee bends (1 squat), peaks of the less bent knee 55 to 90° (errors not known).",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **UNSEEN}},
-            "3 or more squats, peaks of the less bent knee 95 to 102°.",
+            "3 or more squats, peaks of the less bent knee 95 to 102° (errors not known).",
         ),
-        (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm, peak 80°."),
+        (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm, peak 80° (error not known)."),
         (arms({"holds": {"count": 1, "longest_s": 4.0}}, {}), "Right arm held up for 4.0 s."),
         (
             arms(*[{"count": 2, "peak_deg": [150.0, 160.0]}] * 2),
-            "2 raises of both arms, peaks of the right 150 to 160°, peaks of the left 150 to 160°.",
+            "2 raises of both arms, peaks of the right 150 to 160°, peaks of the left 150 to 160° (errors not known).",
         ),
         (
             arms({"count": 3}, {"count": 3, **UNSEEN}),
@@ -83,7 +83,7 @@ def test_a_walk_with_its_cadence_speed_and_knees():
             {"jumps": {"count": 1, "height_by_flight_time_cm": [32.0], "height_by_flight_time_error_cm": [3.1]}},
             "1 jump, 32 ± 5 cm high by time in the air.",
         ),
-        ({"jumps": JUMPS}, "2 jumps, 13 cm high by time in the air (error not known)."),
+        ({"jumps": JUMPS}, "2 jumps, 13 cm high by time in the air (errors not known)."),
         ({"jumps": {**JUMPS, "height_by_flight_time_cm": [13.2, 15.0]}}, "13 to 15 cm"),
     ],
 )  # fmt: skip
@@ -131,7 +131,7 @@ def test_the_joints_that_range_furthest_for_their_error_are_told():
         "trunk_lean_frontal": ranging(-20.0, 20.0),
     }  # fmt: skip
     assert answer(take(range_of_motion=swaying)) == [
-        "In nine of ten frames: trunk lean to the side 20 left to 20 right ± 7°."
+        "In nine of ten frames: trunk lean to the side 20° left to 20° right ± 7°."
     ]
     shown = [each.label for each in headlines(take(range_of_motion=swaying))]
     assert shown == [
@@ -154,17 +154,18 @@ def test_what_was_done_most_comes_first():
 @pytest.mark.parametrize(
     ("lean", "low", "high", "words"),
     [
-        ("frontal", -4.2, 6, "4 left to 6 right"),
-        ("frontal", -40, -6, "40 to 6 left"),
-        ("frontal", 2, 6, "2 to 6 right"),
-        ("frontal", -9, 0.3, "9 to 0 left"),
-        ("sagittal", -0.4, -0.2, "0"),  # which has no sign
+        ("frontal", -4.2, 6, "4° left to 6° right"),
+        ("frontal", -40, -6, "40° to 6° left"),
+        ("frontal", 2, 6, "2° to 6° right"),
+        ("frontal", -9, 0.3, "9° to 0° left"),
+        ("sagittal", -0.4, -0.2, "0°"),  # which has no sign
     ],
 )
 def test_a_lean_names_its_sides(lean, low, high, words):
     ranges = {f"trunk_lean_{lean}": {"p05_deg": low, "p95_deg": high}}
     (shown,) = headlines(take(range_of_motion=ranges))
-    assert shown.value == f"{words}°"
+    assert shown.value == words
+    assert shown.error_missing
 
 
 def test_a_range_of_few_frames_is_not_that_of_the_take():

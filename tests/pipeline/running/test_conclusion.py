@@ -87,6 +87,23 @@ def test_marks_and_what_the_verdict_says_are_not_said_again(said):
     assert out[-1].startswith("results in")
 
 
+def test_a_fault_that_is_in_the_verdict_is_no_warning_too(said, take, tmp_path, capsys):
+    fault = own_notice("test.swapped", "Arms are exchanged.", "suspicious")
+    err, out = said([fault, replace(fault, weight="warning")])
+    assert (err, "Arms are exchanged" in out[1]) == ([], True)
+    tilted = replace(take.rectified, level_ok=False, level_reason="they lie")
+    lying = take.with_(rectified=tilted).saying(notice("not-levelled", reason="they lie"))
+    conclude({"": lying}, tmp_path)
+    both = capsys.readouterr()
+    assert (both.out + both.err).count("they lie") == 1
+
+
+def test_a_photograph_has_no_length_and_is_not_suspicious(take):
+    photo = take.with_(poses=take.poses.rows(0, 1), findings=(notice("too-few-frames"),))
+    assert first_line(photo).startswith("1 frame.")
+    assert trust(photo)[1].startswith("the poses cannot be judged: ")
+
+
 def test_what_is_said_of_everybody_is_said_once(said):
     err, _ = said(WARNINGS[:2], WARNINGS[:1], names=("person 1: ", "person 2: "))
     assert err == ["warning: It is a.", "warning: person 1: It is b."]

@@ -1,6 +1,7 @@
 """Points that were altered are told, and those that nobody saw are gaps; sound ones have nothing of it."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from scipy.ndimage import uniform_filter1d
 
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
+from pcnet3d.pipeline.core.frames import CAMERA, IMAGE, Z_UP
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.signals.altered import alterations, altered, without_altered
@@ -86,6 +87,21 @@ def test_values_held_where_they_were_are_gaps(joints):
     assert found[100:110, ankle].all()
     assert found.sum() == 10
     assert np.isnan(without_altered(points(held), found).joints[100:110, ankle]).all()
+
+
+def test_a_foot_that_stands_still_in_a_world_is_no_gap_and_one_held_in_the_air_is():
+    """Of generated motion, whose standing foot keeps its place to the digit, 23 frames were "missing"."""
+    world, ankle = (
+        WALK.world + np.random.default_rng(0).normal(0, 1e-4, WALK.world.shape),
+        H36M17.index("l_ankle"),
+    )
+    height = world[60:180, ankle, 2]
+    stands, swings = 60 + int(height.argmin()), 60 + int(height.argmax())
+    locked, held = world.copy(), world.copy()
+    locked[stands : stands + 6, ankle] = world[stands, ankle]
+    held[swings : swings + 6, ankle] = world[swings, ankle]
+    told = [altered(replace(points(joints), frame=Z_UP))[0].sum() for joints in (locked, held)]
+    assert told == [0, 5]
 
 
 def test_rows_put_between_those_that_were_seen_are_told(pixels):

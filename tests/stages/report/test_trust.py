@@ -205,6 +205,15 @@ def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
     assert "within their errors" not in said
     assert "have no errors" not in said  # it read as if the figures were exact
     assert "errors of the angles are not known" in said
+    # "Some figures may be off by more than their errors" stood above figures of which none had one.
+    doubtful = told(take.with_(findings=(own_notice("test.rubber", "Bones vary.", "suspicious"),)))
+    assert "Some figures may be off." in doubtful
+
+
+def test_why_a_take_is_not_levelled_is_said_once(walk_take):
+    tilted = replace(walk_take.rectified, level_ok=False, level_reason="they lie")
+    take = walk_take.with_(rectified=tilted).saying(notice("not-levelled", reason="they lie"))
+    assert told(take).count("they lie") == 1
 
 
 def test_it_says_when_joints_are_missing(good):
