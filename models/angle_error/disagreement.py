@@ -41,13 +41,13 @@ def by_disagreement(
     camera and up_error_deg (T,) its error, as the poses were rectified.
     """
     rows = np.searchsorted(second.frame_index, poses.frame_index)
-    there = rows < len(second)
-    there &= second.frame_index[np.minimum(rows, len(second) - 1)] == poses.frame_index
-    if there.mean() < _LEAST:
+    has_row = rows < len(second)
+    has_row &= second.frame_index[np.minimum(rows, len(second) - 1)] == poses.frame_index
+    if has_row.mean() < _LEAST:
         return None
-    rows = np.where(there, rows, 0)
-    joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
-    spread = np.where(there, stated_spread(second)[rows], np.nan)
+    rows = np.where(has_row, rows, 0)
+    joints = np.where(has_row[:, None, None], second.joints[rows].astype(np.float64), np.nan)
+    spread = np.where(has_row, stated_spread(second)[rows], np.nan)
     R, error_deg = take_rotation(load_rectifier("pcnet"), joints, poses.times, poses.seams)
     levelled = level(
         Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
@@ -56,13 +56,13 @@ def by_disagreement(
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams)
     of = TakeJoints(joints, filtered, levelled.R_camera_from_body)
     beyond = growth_of(of, poses.times)
-    own = take_angles(
+    by_model = take_angles(
         of, LiftErrors(levelled.error_deg, levelled.up_error_deg, shipped_noise(), spread, beyond)
     )
     window = max(round(_OVER_S / float(np.median(np.diff(poses.times)))), 1)
     out = dict(angles)
-    for name in list(own):
-        angle, second_angle = angles[name], own.pop(name)
+    for name in list(by_model):
+        angle, second_angle = angles[name], by_model.pop(name)
         apart = near(angle.value_deg - second_angle.value_deg, 0.0)
         sd = np.hypot(second_angle.sd_deg, np.sqrt(_running_mean(apart**2, window, seams)))
         vague = (angle.reason == FINE) & (sd > MAX_SD_DEG)

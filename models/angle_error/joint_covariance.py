@@ -56,10 +56,10 @@ def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: 
     middle = (np.fmin.reduce(pixels, axis=1) + np.fmax.reduce(pixels, axis=1)) / 2
     off = (middle - np.array(camera.image_size) / 2) / camera.focal_px
     at = np.minimum(np.searchsorted(keypoints.frame_index, rows), len(off) - 1)
-    there = (keypoints.frame_index[at] == rows) & is_finite(off[at])
-    seen = off[is_finite(off)]
-    usual = np.median(seen, axis=0) if len(seen) else np.zeros(2)
-    off = np.where(there[:, None], off[at], usual)
+    has_row = (keypoints.frame_index[at] == rows) & is_finite(off[at])
+    finite = off[is_finite(off)]
+    usual = np.median(finite, axis=0) if len(finite) else np.zeros(2)
+    off = np.where(has_row[:, None], off[at], usual)
     ray = unit(np.concatenate([off, np.ones((len(off), 1))], axis=1))
     R = np.broadcast_to(rectified.R_source_from_level, (len(rows), 3, 3))
     # A longer lens brings the ray nearer to the axis, and never past it.

@@ -162,12 +162,15 @@ def limb_spread(joints: np.ndarray) -> np.ndarray:
     """(T,) root mean square deviation of limb lengths from the take's medians, as a share; joints (T, 17, 3)."""
     ends = np.array([H36M17.indices(bone) for bone in _LIMBS])
     length = np.linalg.norm(joints[:, ends[:, 0]] - joints[:, ends[:, 1]], axis=-1)
-    seen = np.isfinite(length)
+    finite = np.isfinite(length)
     median = np.array(
-        [np.median(bone[fine]) if fine.any() else np.nan for bone, fine in zip(length.T, seen.T, strict=True)]
+        [
+            np.median(bone[fine]) if fine.any() else np.nan
+            for bone, fine in zip(length.T, finite.T, strict=True)
+        ]
     )
-    square = np.where(seen, (length / median - 1) ** 2, 0.0).sum(axis=1)
-    count = seen.sum(axis=1)
+    square = np.where(finite, (length / median - 1) ** 2, 0.0).sum(axis=1)
+    count = finite.sum(axis=1)
     return np.where(count > 0, _LEAST_SPREAD + np.sqrt(square / np.maximum(count, 1)), np.nan)
 
 

@@ -44,9 +44,9 @@ def angle_rates(
     angles = np.stack([unwrapped(series[name].value_deg) for name in stated], axis=1)
     variance = np.stack([series[name].noise_deg for name in stated], axis=1) ** 2
     motion = known_noise(angles[..., None], time_s, variance[..., None, None], breaks, error_s=_ERROR_S)
-    seen = np.isfinite(angles)
-    rate = np.where(seen, motion.values[1, ..., 0], np.nan)
-    sd = np.where(seen, np.sqrt(motion.variance[1, ..., 0]), np.nan)
+    finite = np.isfinite(angles)
+    rate = np.where(finite, motion.values[1, ..., 0], np.nan)
+    sd = np.where(finite, np.sqrt(motion.variance[1, ..., 0]), np.nan)
     noise = shipped_noise() if noise is None else noise
     return rates | {
         name: (rate[:, i], noise.of_rate(name, sd[:, i], rate[:, i])) for i, name in enumerate(stated)

@@ -101,8 +101,8 @@ def _angles(
             body, of.R_source_from_body, errors.error_deg[rows], errors.up_error_deg[rows], size[rows], noise
         )
         beyond = None if errors.growth is None else errors.growth[rows]
-    there, left = (is_finite(toes_completed(joints, of.layout)) for joints in (of.joints, of.filtered))
-    hidden = np.zeros(there.shape, dtype=bool) if of.unseen is None else of.unseen & ~there
+    visible, filtered = (is_finite(toes_completed(joints, of.layout)) for joints in (of.joints, of.filtered))
+    hidden = np.zeros(visible.shape, dtype=bool) if of.unseen is None else of.unseen & ~visible
     defined = ANGLES
     if has_foot_angles(of.layout):
         defined = ANGLES | FOOT_ANGLES
@@ -112,14 +112,14 @@ def _angles(
         parts = of.layout.indices([joint for joint in angle.joints if joint in of.layout])
         own, tilt = sd.get(name, (unknown, unknown))
         whole = noise.whole(name, own, tilt, values[name], beyond)
-        seen, kept = there[:, parts].all(axis=1), left[:, parts].all(axis=1)
-        level = turned & of.level_ok if angle.needs_gravity else kept | turned
+        measured, smooth = visible[:, parts].all(axis=1), filtered[:, parts].all(axis=1)
+        level = turned & of.level_ok if angle.needs_gravity else smooth | turned
         undefined = np.isnan(values[name])
         if name in sd:
             undefined |= np.isnan(whole)  # or a step away from here
         vague = whole > MAX_SD_DEG
         reason = np.select(
-            [hidden[:, parts].any(axis=1), ~seen, ~level, ~kept, undefined, vague],
+            [hidden[:, parts].any(axis=1), ~measured, ~level, ~smooth, undefined, vague],
             [UNSEEN, MISSING, UNTRUSTED, TOO_SHORT, UNDEFINED, UNTRUSTED],
             FINE,
         ).astype(np.int8)

@@ -63,5 +63,5 @@ def _by_second(poses: PoseSequence, second: PoseSequence) -> float:
     if both.sum() < _FEWEST:
         return float("nan")
     apart = float(rigid_error(bodies[0][both], bodies[1][both]).mean())
-    own = _by_lifter(second, None)
-    return float(np.sqrt(max(apart**2 - own**2, own**2)))
+    second_error = _by_lifter(second, None)
+    return float(np.sqrt(max(apart**2 - second_error**2, second_error**2)))

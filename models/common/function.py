@@ -18,10 +18,10 @@ class FunctionError(Exception):
     it raised."""
 
     def __init__(self, role: str, function: Callable[..., Any], what: str | Exception) -> None:
-        said = what
+        reason = what
         if isinstance(what, Exception):
-            said = f"it raised {type(what).__name__}: {what or 'without a reason'}"
-        super().__init__(f"The function {name_of(function)}, given as {role}, failed at {{where}}: {said}")
+            reason = f"it raised {type(what).__name__}: {what or 'without a reason'}"
+        super().__init__(f"The function {name_of(function)}, given as {role}, failed at {{where}}: {reason}")
 
     def at(self, where: str) -> InputError:
         """For the user. where: in which frames it failed."""

@@ -116,8 +116,8 @@ def steady(residual: np.ndarray) -> np.ndarray:
     """(T,) a limb's residual without what lasts for a frame or two; NaN where it is not known."""
     from scipy.ndimage import median_filter
 
-    there = np.isfinite(residual)
-    return np.where(there, median_filter(np.where(there, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
+    finite = np.isfinite(residual)
+    return np.where(finite, median_filter(np.where(finite, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
 
 
 def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, np.ndarray]:

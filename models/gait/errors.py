@@ -177,11 +177,11 @@ def path_error(
     LEVEL. scale_sd, focal_sd: standard deviations of the body's size and of the focal length as shares of them. time_s:
     (T,).
     """
-    own = own_covariance(root, covariance, axis, scale_sd, focal_sd)[:, :2, :2]
-    own = own[np.isfinite(own).all(axis=(1, 2))]
-    if not len(own) or not walks:
+    own_error = own_covariance(root, covariance, axis, scale_sd, focal_sd)[:, :2, :2]
+    own_error = own_error[np.isfinite(own_error).all(axis=(1, 2))]
+    if not len(own_error) or not walks:
         return 0.0, 0.0
-    root_sd = float(np.sqrt(np.median(np.maximum(np.linalg.eigvalsh(own)[:, -1], 0.0))))
+    root_sd = float(np.sqrt(np.median(np.maximum(np.linalg.eigvalsh(own_error)[:, -1], 0.0))))
     velocity = np.gradient(root, time_s, axis=0)[_inside(time_s, walks)]
     velocity = velocity[np.isfinite(velocity).all(axis=1)]
     along = ((velocity @ axis) ** 2).sum() / max((velocity**2).sum(), 1e-12)

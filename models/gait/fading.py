@@ -46,15 +46,15 @@ def faded_steps(
     """
     swings = {side: _swings(x, time_s, seams) for side, x in knees.items()}
     step_s = float(np.median([step.stop_s - step.start_s for step in walk]))
-    own = []  # how long before the foot lands its knee is bent most in each step, and by how much
+    knee_peaks = []  # how long before the foot lands its knee is bent most in each step, and by how much
     for step in walk:
         inside = [swing for swing in swings[step.side] if step.start_s < swing[0] < step.stop_s]
         if inside:
             at_s, height = max(inside, key=lambda swing: swing[1])
-            own.append((step.stop_s - at_s, height))
-    if not own:
+            knee_peaks.append((step.stop_s - at_s, height))
+    if not knee_peaks:
         return [], []
-    lag_s, usual = np.median(own, axis=0)
+    lag_s, usual = np.median(knee_peaks, axis=0)
 
     def lands(side: str, near_s: float) -> float | None:
         """When the foot of a side lands about then, after its knee has swung where steps cannot be seen."""

@@ -77,11 +77,11 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
 
     InputError when the user tells a gravity more than 60 degrees from everything else.
     """
-    told, said = tuple(told), fuse(told)
-    notices = _notices_of_told(bodies, said, look) if told else ()
+    told, told_together = tuple(told), fuse(told)
+    notices = _notices_of_told(bodies, told_together, look) if told else ()
     # What is told is believed; who contradicts it has no say.
-    heard = not (told and is_finite(bodies.up) and _disagree(said, bodies))
-    if look is None or (told and _disagree(said, look)):
+    heard = not (told and is_finite(bodies.up) and _disagree(told_together, bodies))
+    if look is None or (told and _disagree(told_together, look)):
         return Decision(told, heard, notices)
     if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
         return Decision((*told, of_image(look)), heard, notices)

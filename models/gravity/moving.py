@@ -59,9 +59,9 @@ def sliding_up(seen: Seen) -> TakeUp:
     mean, scatter = np.moveaxis(smoothed(square, trusted, seen, _WINDOW_S), -1, 0)
     spread = np.full(len(votes), np.nan)
     if seen.spread is not None:
-        there = np.isfinite(seen.spread)
-        stated = np.where(there, seen.spread, 0.0)[:, None]
-        spread = smoothed(stated, np.where(there, trusted, 0.0), seen, _WINDOW_S)[:, 0]
+        has_spread = np.isfinite(seen.spread)
+        stated = np.where(has_spread, seen.spread, 0.0)[:, None]
+        spread = smoothed(stated, np.where(has_spread, trusted, 0.0), seen, _WINDOW_S)[:, 0]
     shared = lean_square(mean, scatter, spread)
     lean = own_lean(smoothed(leaning(seen, up), weights, seen, _WINDOW_S))
     lag = (np.radians(lag_deg) ** 2 / 2)[:, None, None] * (np.eye(3) - up[:, :, None] * up[:, None])
@@ -144,7 +144,7 @@ def _between(
     the camera may have gone elsewhere where no image was looked at."""
     at = np.array([time for time, _ in looks])
     ups = np.array([look.up for _, look in looks])
-    own = np.array([look.error_deg for _, look in looks])
+    errors_deg = np.array([look.error_deg for _, look in looks])
     unsteady = 1.0
     if len(at) > 2:  # a look that is quite another than its neighbours' middle is taken for less
         near = np.clip(np.arange(len(at))[:, None] + np.arange(-2, 3), 0, len(at) - 1)
@@ -159,5 +159,5 @@ def _between(
     gap = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
     beyond = np.maximum(nearest - gap, 0.0)
     wander = unsteady * np.minimum(nearest / max(gap, 1e-3), 1.0) + _LOST_DEG_PER_S * beyond
-    error_deg = np.sqrt(np.interp(time_s, at, own) ** 2 + wander**2 + (_LOST_DEG_PER_S * outside) ** 2)
+    error_deg = np.sqrt(np.interp(time_s, at, errors_deg) ** 2 + wander**2 + (_LOST_DEG_PER_S * outside) ** 2)
     return up, error_deg, _LOST_DEG_PER_S * np.maximum(beyond, outside)

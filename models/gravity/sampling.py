@@ -69,20 +69,20 @@ def _between(
     """One clip's rotations (T, 3, 3) and errors (T,), completed where they were not asked for; NaN where nobody near
     was."""
     body = body_axes(joints, R[..., 2])  # the joints' own heading, under the rectifier's up
-    answered = asked & _whole(R) & _whole(body)
-    if not answered.any():
+    use = asked & _whole(R) & _whole(body)
+    if not use.any():
         return R, error_deg
 
-    up = unit(on_lines(R[..., 2], time_s, answered))
+    up = unit(on_lines(R[..., 2], time_s, use))
     # The rectifier's left in the joints' axes: forward and left.
     turn = np.stack([(R[..., 1] * body[..., axis]).sum(-1) for axis in (0, 1)], axis=-1)
-    turn = on_lines(turn, time_s, answered)
+    turn = on_lines(turn, time_s, use)
     body = body_axes(joints, up)
     right = unit(turn[:, :1] * body[..., 0] + turn[:, 1:] * body[..., 1])
-    there = np.stack([np.cross(right, up), right, up], axis=-1)
+    filled = np.stack([np.cross(right, up), right, up], axis=-1)
     return (
-        np.where(asked[:, None, None], R, there),
-        np.where(asked, error_deg, on_lines(error_deg, time_s, answered)),
+        np.where(asked[:, None, None], R, filled),
+        np.where(asked, error_deg, on_lines(error_deg, time_s, use)),
     )
 
 

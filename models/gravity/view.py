@@ -127,11 +127,11 @@ def _boxes(people: Sequence[PoseSequence], frames: Sequence[int]) -> Boxes:
         rows = np.flatnonzero(is_finite(poses.joints).any(axis=1))
         for frame in frames if len(rows) else ():
             joints = poses.joints[rows[np.abs(poses.frame_index[rows] - frame).argmin()]]
-            there = joints[is_finite(joints)]
-            reach = _REACH * float((there.max(axis=0) - there.min(axis=0)).max())
+            visible = joints[is_finite(joints)]
+            reach = _REACH * float((visible.max(axis=0) - visible.min(axis=0)).max())
             lines = [joints[poses.layout.indices(bone)] for bone in poses.layout.bones]
             along = np.linspace(0, 1, _BOXES)[:, None]
-            points = np.concatenate([there, *(a + along * (b - a) for a, b in lines)])
+            points = np.concatenate([visible, *(a + along * (b - a) for a, b in lines)])
             points = points[is_finite(points)]
             boxes[frame].append(np.concatenate([points - reach, points + reach], axis=-1))
     return {frame: np.concatenate([np.zeros((0, 4)), *around]) for frame, around in boxes.items()}

@@ -149,13 +149,13 @@ def _height(
     reach = lines[..., :2] @ ahead
     with np.errstate(invalid="ignore", divide="ignore"):
         heights = lines[..., 2] / reach * distance - body[..., 2]
-    there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust > 0)
-    enough = there.sum(axis=1) >= FEWEST
-    heights, trust = np.where(there, heights, np.nan), np.where(there, trust, 0.0)
+    usable = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust > 0)
+    enough = usable.sum(axis=1) >= FEWEST
+    heights, trust = np.where(usable, heights, np.nan), np.where(usable, trust, 0.0)
     height = np.full(len(heights), np.nan)
     height[enough] = np.nanmedian(heights[enough], axis=1)
     for _ in range(_ROUNDS):
-        off = np.where(there, heights - height[:, None], 0.0)
+        off = np.where(usable, heights - height[:, None], 0.0)
         weights = trust / (1 + (off / (_ROBUST * stature)) ** 2)
         height[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
     return height

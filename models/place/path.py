@@ -114,8 +114,8 @@ def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndar
         return np.ones(len(joints))
     usual = np.array(
         [
-            np.median(of_bone[there]) if there.any() else 0.0
-            for of_bone, there in zip(length.T, visible.T, strict=True)
+            np.median(of_bone[has_bone]) if has_bone.any() else 0.0
+            for of_bone, has_bone in zip(length.T, visible.T, strict=True)
         ]
     )
     across = np.linalg.norm(bones[..., :2], axis=-1)
@@ -131,8 +131,8 @@ def _slow(ratio: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """(T,) logarithm of a positive ratio, averaged over _SIZE_S; what is missing lies on a line."""
     from scipy.ndimage import gaussian_filter1d
 
-    there = ratio > 0
-    even = np.interp(time_s, time_s[there], np.log(ratio[there]))
+    positive = ratio > 0
+    even = np.interp(time_s, time_s[positive], np.log(ratio[positive]))
     sd = _SIZE_S * rate(time_s)
     ends = min(int(4 * sd), len(even) - 1)
     padded = np.pad(even, ends, mode="reflect", reflect_type="odd")  # a trend goes on beyond the ends
