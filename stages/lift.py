@@ -158,10 +158,8 @@ def _without_strays(visible: PoseSequence, keypoints: PoseSequence) -> tuple[Pos
     """The keypoints that were seen, without frames that show somebody or something else; and how many those are."""
     body = remap(keypoints, H36M17)
     strays = strays_of(body.with_(joints=body.joints - body.joint("pelvis")[:, None]))
-    joints = np.where(strays[:, None, None], np.nan, visible.joints)
-    return visible.with_(joints=joints, confidence=np.where(strays[:, None], 0.0, visible.confidence)), int(
-        strays.sum()
-    )
+    hidden = np.broadcast_to(strays[:, None], visible.confidence.shape)
+    return visible.without(hidden), int(strays.sum())
 
 
 def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> list[Notice]:

@@ -41,20 +41,14 @@ def markers(take: Take, frame: Frame) -> Markers:
     for a take without a scale or without a filtered skeleton.
     """
     even = evenly(take, frame)
-    require_metres(even.unit)
-    if even.root is None:
-        return even
-    root = over_the_floor(take, even.root, frame)
-    return replace(even, joints=even.joints + root[:, None], root=root)
-
-
-def require_metres(unit: str) -> None:
-    """InputError for another unit than "m"."""
-    if unit != "m":
+    if even.unit != "m":
         raise InputError(
             "needs-input",
             "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES).",
         )
+    if even.root is None:
+        return even
+    return replace(even, joints=even.joints + over_the_floor(take, even.root, frame)[:, None])
 
 
 def nothing_in(values: np.ndarray, path: Path) -> tuple[Notice, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,11 +11,11 @@ import numpy as np
 
 from ...pipeline.core.measures import Measures, Side
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.angles import near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ..measures.cycles import POINTS
+from .tables import write_as_text
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -53,16 +52,7 @@ def _moving(measures: Measures) -> Iterator[Measures]:
 def write_strides(take: Take, path: Path) -> None:
     """strides.csv: a line of names, then 101 lines a stride or repetition; commas between, a point in numbers, what is
     missing is empty. A take without measures has none but the names."""
-    from pyarrow import csv
-
-    tables = stride_tables(take)
-    with whole_file(path) as partial:
-        first = next(tables)
-        options = csv.WriteOptions(quoting_style="none")
-        # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
-        with open(partial, "wb") as file, csv.CSVWriter(file, first.schema, write_options=options) as written:
-            for table in chain([first], tables):
-                written.write_table(table)
+    write_as_text(path, stride_tables(take))
 
 
 def stride_tables(take: Take) -> Iterator[pa.Table]:

@@ -55,16 +55,23 @@ def write_csv(take: Take, path: Path) -> None:
     The last columns say in every row what the figures mean nothing without: `length_unit`, and `horizontal` where the
     camera moves.
     """
+    write_as_text(path, (_told(part) for part in _parts(take, missing_is_null=True)))
+
+
+def write_as_text(path: Path, parts: Iterator[pa.Table]) -> None:
+    """The rows of one table or more with the same columns as a whole CSV file, below a line of their names."""
     from pyarrow import csv
 
-    with whole_file(path) as partial:
-        parts = (_told(part) for part in _parts(take, missing_is_null=True))
-        first = next(parts)
-        options = csv.WriteOptions(quoting_style="none")
-        # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
-        with open(partial, "wb") as file, csv.CSVWriter(file, first.schema, write_options=options) as table:
-            for part in chain([first], parts):
-                table.write_table(part)
+    first = next(parts)
+    options = csv.WriteOptions(quoting_style="none")
+    # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
+    with (
+        whole_file(path) as partial,
+        open(partial, "wb") as file,
+        csv.CSVWriter(file, first.schema, write_options=options) as table,
+    ):
+        for part in chain([first], parts):
+            table.write_table(part)
 
 
 def _told(part: pa.Table) -> pa.Table:

@@ -42,7 +42,7 @@ from ....pipeline.signals.filters import (
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import Cell, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
-from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, runner_up
+from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, refined, runner_up
 from .figures import correlation
 from .side import LEAST_S, doubts_of_level
 
@@ -194,8 +194,6 @@ def aligned(
     video accelerations (N, 3) at even times (N,) and an IMU's (T, 3) at times (T,) of its own clock.
 
     InputError when less than a second of motion is known to both, or when the IMU feels none."""
-    from scipy.optimize import minimize_scalar
-
     felt = imu[is_finite(imu)]
     if len(felt) and float(np.ptp(felt, axis=0).max()) < _LEAST_MPS2:
         raise InputError(
@@ -218,13 +216,7 @@ def aligned(
     ]
     scores = np.array(tried)
     top = float(lags[np.nanargmax(scores)])
-    best: Any = minimize_scalar(
-        lambda lag_s: -_score(video, resampled(imu, time_s, grid + lag_s))[0],
-        bounds=(top - step, top + step),
-        method="bounded",
-        options={"xatol": 1e-4},
-    )
-    lag_s = float(best.x)
+    lag_s = refined(lambda lag_s: _score(video, resampled(imu, time_s, grid + lag_s))[0], top, step)
     score, heading_deg = _score(video, resampled(imu, time_s, grid + lag_s))
     return lag_s, heading_deg, score, runner_up(lags, scores, top)
 
