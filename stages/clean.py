@@ -107,15 +107,16 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
         both = _long(right & left, times)  # briefly both is told of each
         who = {part: both, f"right {single}": right & ~both, f"left {single}": left & ~both}
         for name, mask in who.items():
-            spans = stretches(_long(mask, times)).tolist()
-            if not spans:
+            long = _long(mask, times)
+            if not long.any():
                 continue
-            rows = np.concatenate([np.arange(a, b) for a, b in spans])
-            outside = out[rows][:, joints].any(axis=1).mean() > 0.5
-            when = ", ".join(_while(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
+            outside = out[long][:, joints].any(axis=1).mean() > 0.5
+            begins, ends = stretches(long).T
+            spans = np.c_[times[begins], times[ends - 1]].tolist()
+            when = "in the whole take" if long.all() else f"from {spans_in_words(spans)}"
             values = {"part": name, "parts": 2 if name == part else 1, "when": when}
             how = "not in the image" if outside else "not visible"
-            notices.append(notice("not-seen", rows=[a for a, _ in spans], how=how, **values))
+            notices.append(notice("not-seen", rows=begins, how=how, **values))
     return notices
 
 
@@ -127,15 +128,6 @@ def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
     for first, stop in stretches(mask).tolist():
         result[first:stop] = times[stop - 1] + steps_s[stop - 1] - times[first] >= _SHORTEST_S
     return result
-
-
-def _while(start: int, end: int, times: np.ndarray) -> str:
-    begins, ends = start == 0, end == len(times)
-    if begins and ends:
-        return "in the whole take"
-    if ends:
-        return f"from {times[start]:.1f} s"
-    return f"until {times[end - 1]:.1f} s" if begins else f"from {times[start]:.1f} to {times[end - 1]:.1f} s"
 
 
 def _when(rows: np.ndarray, time_s: np.ndarray) -> str:

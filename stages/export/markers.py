@@ -15,7 +15,7 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
-from ...pipeline.signals.filters import breaks, even_grid, evenly_spaced, holes, rate, resample
+from ...pipeline.signals.filters import breaks, each_path, even_grid, evenly_spaced, holes, rate, resample
 
 _APART = 0.75  # usual intervals to the nearest row of uneven stamps, from which on a moment was not seen
 OPENSIM = Frame("OPENSIM", "level", ("front", "up", "right"))  # the axes of OpenSim's models
@@ -113,11 +113,11 @@ def _at_even_times(points: np.ndarray, path: PoseSequence) -> tuple[np.ndarray, 
     if on_grid is None:
         even_s = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)
         seams = (*breaks(path), *holes(time_s).tolist())
-        each = [resample(points[:, i], time_s, even_s, seams) for i in range(points.shape[1])]
+        splines = each_path(lambda path: resample(path, time_s, even_s, seams), points, len(even_s))
         behind = np.searchsorted(time_s, even_s).clip(1, len(time_s) - 1)
         apart_s = np.minimum(abs(even_s - time_s[behind - 1]), abs(even_s - time_s[behind]))
         near = (apart_s * fps < _APART)[:, None, None]
-        return np.where(near, np.stack(each, axis=1), np.nan), even_s, fps
+        return np.where(near, splines, np.nan), even_s, fps
     even_s, rows = on_grid
     placed = np.full((len(even_s), *points.shape[1:]), np.nan)
     placed[rows] = points

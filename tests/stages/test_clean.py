@@ -223,7 +223,7 @@ def test_feet_that_leave_the_image_in_turn_are_told_as_long_as_they_are_out():
     hidden = np.zeros((90, len(H36M17)), dtype=bool)
     hidden[:22, ANKLES[0]] = hidden[14:41, ANKLES[1]] = hidden[70:80, ANKLES[0]] = True
     said = {each.values["part"]: each.values["when"] for each in not_seen(hidden, hidden, TIMES_S)}
-    assert said == {"right foot": "until 0.7 s, from 2.3 to 2.6 s", "left foot": "from 0.5 to 1.3 s"}
+    assert said == {"right foot": "from 0.00 to 0.70 s, 2.33 to 2.63 s", "left foot": "from 0.47 to 1.33 s"}
 
 
 def test_missing_rows_make_a_moment_out_of_the_image_no_longer():

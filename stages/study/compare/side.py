@@ -23,7 +23,7 @@ from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
-from ....pipeline.signals.filters import breaks, resample
+from ....pipeline.signals.filters import breaks, each_path, resample
 
 TRUTH = "motion capture"
 _SHOULDERS = ("r_shoulder", "l_shoulder")
@@ -68,8 +68,7 @@ class Side:
 
     def joints_at(self, time_s: np.ndarray) -> np.ndarray:
         """`level` (N, 17, 3) at other times (N,) of this side's clock."""
-        joints = [self.resampled(self.level[:, i], time_s) for i in range(len(H36M17))]
-        return np.stack(joints, axis=1)
+        return each_path(lambda path: self.resampled(path, time_s), self.level, len(time_s))
 
 
 def load_side(folder: Path) -> Side:

@@ -52,7 +52,7 @@ def test_beyond_the_border_from_a_time_on(axis, value):
     np.testing.assert_array_equal(hidden, out)
     (said,) = not_seen(hidden, out, TIMES)
     assert said.values["how"] == "not in the image"
-    assert said.text.startswith("The feet are not in the image from 2.0 s")
+    assert said.values["when"].startswith("from 2.00 to ")
 
 
 def test_a_low_score_is_not_seen_by_the_detector():
