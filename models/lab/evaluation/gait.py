@@ -26,7 +26,7 @@ from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, tim
 from ...gait.take_walks import SIDES
 from ..common.metrics import Figure
 from ..mocap.contact import true_contact
-from .judge import Case
+from .judge import Case, summed
 from .people import mean
 from .runs import Finished, Question, finished
 from .testbed import SeenTake, filtered
@@ -234,19 +234,5 @@ def one_kind(of_paths: Mapping[str, Sequence[Judged]]) -> dict[str, Any]:
             of_length = label.removesuffix(SIDES_APART) in OF_LENGTH
             if of_length or path == "focal known":
                 cases = [take.figures[label] for take in judged if label in take.figures]
-                result["figures"][f"{label}, {path}" if of_length else label] = figure_of(cases)
+                result["figures"][f"{label}, {path}" if of_length else label] = summed(cases)
     return result
-
-
-def figure_of(cases: Sequence[Case]) -> dict[str, Any]:
-    """Of many takes: how many, the median truth and error, the size of errors and the share within the stated ones."""
-    error = np.array([case.found - case.true for case in cases])
-    half = np.array([case.half for case in cases])
-    stated = np.isfinite(half)
-    return {
-        "takes": len(cases),
-        "true": float(np.median([case.true for case in cases])),
-        "bias": float(np.median(error)),
-        "error": Figure.of(np.abs(error)),
-        "inside": float((np.abs(error) <= half)[stated].mean()) if stated.any() else np.nan,
-    }

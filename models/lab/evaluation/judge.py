@@ -13,10 +13,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..common.metrics import Figure
 from .people import by_person, interval
 
 COVERED = 0.9  # what "90 %" states
@@ -76,6 +77,22 @@ def of_cases(cases: Iterable[Case], person: str) -> Iterator[Stated]:
         _, found, true, half, known = zip(*of, strict=True)
         bins = {name: np.array([each[name] for each in known]) for name in known[0]}
         yield Stated(statement, person, np.array(found) - np.array(true), np.array(half), bins).judged()
+
+
+def summed(cases: Sequence[Case]) -> dict[str, Any]:
+    """What a report says of one figure of many takes: {"count", "true": median, "bias": median of found less true,
+    "error": Figure of its size, "inside": share of those with a bar}."""
+    found, true, half = (
+        np.array([getattr(case, name) for case in cases]) for name in ("found", "true", "half")
+    )
+    error, stated = found - true, np.isfinite(half)
+    return {
+        "count": len(cases),
+        "true": float(np.median(true)),
+        "bias": float(np.median(error)),
+        "error": Figure.of(np.abs(error)),
+        "inside": float((np.abs(error) <= half)[stated].mean()) if stated.any() else np.nan,
+    }
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """How well a lifter does where the truth is known:  pcnet3d lab evaluate lifter -o DIR
 
-Virtual takes of people that it never saw, its focal length known and not; by posture, and by what clinics film most, in
+Virtual takes of people that it never saw, the focal length assumed; by posture, and by what clinics film most, in
 formulas simple enough to be argued with. A frame may belong to several of these (walking bent low) or to none.
 """
 
@@ -39,18 +39,17 @@ ABOUT = (
 
 
 def tables(question: Question) -> dict[str, Any]:
-    """{"beds": {bed: {"focal assumed", "focal known": {"SET GROUP": {"lifter": lifter_figures}}}}}, the
-    group a posture or a motion that has frames."""
+    """{"beds": {bed: {"focal assumed": {"SET GROUP": {"lifter": lifter_figures}}}}}, the group a posture or a motion
+    that has frames."""
     results = {**replace(question, people=None).heading(), "seed": question.seed, "beds": {}}
     for bed in BEDS:
         before = replace(question, bed=bed)
         results["beds"][bed] = {
-            focal: {
+            "focal assumed": {
                 f"{people.label} {group}": {"lifter": row}
                 for people in before.sets
-                for group, row in groups(list(before.takes(people, focal == "focal known"))).items()
+                for group, row in groups(list(before.takes(people))).items()
             }
-            for focal in ("focal assumed", "focal known")
         }
     return results
 

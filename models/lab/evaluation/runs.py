@@ -118,11 +118,9 @@ class Question:
     def views(self) -> ViewRange:
         return BEDS[self.bed]
 
-    def takes(self, of: EvaluationSet, focal_known: bool = False) -> Iterator[LiftedTake]:
+    def takes(self, of: EvaluationSet) -> Iterator[LiftedTake]:
         """The set's lifted takes (testbed.lifted_takes), counted on the screen."""
-        takes = lifted_takes(
-            of.subjects, self.seed, model=self.lifter, focal_known=focal_known, views=self.views, only=of.has
-        )
+        takes = lifted_takes(of.subjects, self.seed, model=self.lifter, views=self.views, only=of.has)
         yield from each(takes, f"{of.label} takes", len(of.clips()))
 
     def lift_seen(

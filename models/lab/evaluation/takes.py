@@ -1,7 +1,7 @@
 """What one gravity a take is worth, where the truth is known:  pcnet3d lab evaluate takes -o DIR
 
-Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
-frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and what its rotation alone adds to
+Every take is seen by one camera that stands still, and lifted. Every rectifier answers twice: frame by frame, and with
+the take's one up (models/gravity/levelling.py). Errors, and what its rotation alone adds to
 accelerations of wrists and ankles relative to the pelvis, both sides low-passed at 6 Hz without delay, vertical and
 horizontal apart: the lift's signals in upright axes with one heading for the take, the truth's for every method,
 against the same in the true axes. A method that answers frame by frame has its frames' own ups there, turned to that
@@ -141,7 +141,7 @@ def one_set(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations)."""
     rows: dict[str, dict[str, list[tuple[OfTake, bool | None]]]] = {
-        f"{label}, {kind}, {group}": {} for kind in ("lifted", "clean") for group in _GROUPS
+        f"{label}, lifted, {group}": {} for group in _GROUPS
     }
     scores, gaps = [], 0
     for take in takes:
@@ -149,16 +149,15 @@ def one_set(
         lifted, look = joints_of(take.lifted, seen.truth), simulated_look(seen.up, question.seed, seen.clip)
         told = question.lift_seen(seen, up=look.up)
         again = joints_of(told, seen.truth), stated_spread(told)
-        spreads = {"lifted": (stated_spread(take.lifted), again), "clean": (None, None)}
-        for kind, joints in (("lifted", lifted), ("clean", seen.truth)):
-            methods = named(answers(question.rectifiers, joints, seen.keypoints.times, look, *spreads[kind]))
-            for name, answer in methods.items():
-                rows[f"{label}, {kind}, {group}"].setdefault(name, []).append(judge(seen, joints, answer))
-            if kind == "lifted" and group == LONG:
-                if np.isfinite(joints).all():
-                    scores.append(added(methods, joints, seen))
-                else:
-                    gaps += 1
+        spread = stated_spread(take.lifted)
+        methods = named(answers(question.rectifiers, lifted, seen.keypoints.times, look, spread, again))
+        for name, answer in methods.items():
+            rows[f"{label}, lifted, {group}"].setdefault(name, []).append(judge(seen, lifted, answer))
+        if group == LONG:
+            if np.isfinite(lifted).all():
+                scores.append(added(methods, lifted, seen))
+            else:
+                gaps += 1
     accelerated = {"takes": len(scores), "left out": gaps, "lift": over_takes(scores)}
     return {name: row(methods) for name, methods in rows.items() if methods}, accelerated
 

@@ -112,7 +112,6 @@ def lifted_takes(
     seed: int = 0,
     *,
     model: str | Path = "pcnet3d",
-    focal_known: bool = False,
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
     only: Callable[[Clip], bool] | None = None,
@@ -122,9 +121,9 @@ def lifted_takes(
     """Every clip of at least MIN_FRAMES frames, seen by one static camera and lifted.
 
     model: never one that saw the subjects, which is refused unless trained_on says that they are not judged by. laid:
-    of so large a share of the clips only, whose bodies are laid down, none where it is 0. focal_known: tell the lifter
-    the focal length, as a calibrated camera would. bodies: draw other proportions (for training); None keeps the
-    captured ones. views: what the cameras are drawn from. only: which of the clips; None takes all.
+    of so large a share of the clips only, whose bodies are laid down, none where it is 0. bodies: draw other
+    proportions (for training); None keeps the captured ones. views: what the cameras are drawn from. only: which of the
+    clips; None takes all.
     """
     lifter = load_lifter(model)
     saw = network(lifter.model).trained_on if isinstance(lifter, OwnLifter) else ""
@@ -139,8 +138,7 @@ def lifted_takes(
         if len(clip) >= MIN_FRAMES and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
             clip = lay_down(clip, rng) if laid else clip
             take = see(clip, seed, bodies=bodies, views=views)
-            focal = take.focal_px if focal_known else None
-            yield LiftedTake(lifted_by(model, take.keypoints, take.image_size, focal), take)
+            yield LiftedTake(lifted_by(model, take.keypoints, take.image_size), take)
 
 
 def lifted_by(

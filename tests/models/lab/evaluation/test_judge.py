@@ -5,7 +5,7 @@ import pytest
 
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation.errors import of_strangers
-from pcnet3d.models.lab.evaluation.judge import Stated, fitted, held_out, with_bars
+from pcnet3d.models.lab.evaluation.judge import Case, Stated, fitted, held_out, summed, with_bars
 
 
 def stated(person: str, error: np.ndarray, half: float | np.ndarray = 1.0, **known: np.ndarray) -> Stated:
@@ -18,6 +18,13 @@ def test_every_person_counts_the_same_and_every_take_of_a_person():
     both = [stated("a", np.zeros(1000)), stated("a", np.full(3, 2.0)), short]
     assert judge.inside(both).inside == pytest.approx(0.25)
     assert judge.inside(both).cases == 1013
+
+
+def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_of_it():
+    figures = summed([Case("angle", *case) for case in ((3, 2, 2), (7, 4, 2), (4, 6, np.nan), (5, 5, 1))])
+    assert (figures["count"], figures["true"], figures["bias"]) == (4, 4.5, 0.5)
+    assert (figures["error"].p50, figures["error"].mean) == (1.5, 1.5)
+    assert figures["inside"] == pytest.approx(2 / 3)
 
 
 def test_the_factor_brings_nine_in_ten_inside_and_is_not_decided_by_who_was_filmed_longest():

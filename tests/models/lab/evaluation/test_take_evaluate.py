@@ -1,15 +1,11 @@
 """Whole takes: a perfect rectifier has no error and the truth's accelerations, from every camera; known errors are
 measured as what they are."""
 
-import json
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.virtual import exact
-from pcnet3d.models.lab.evaluation import evaluate as evaluate_module
-from pcnet3d.models.lab.evaluation import runs as evaluation_sets
 from pcnet3d.models.lab.evaluation.takes import (
     added,
     answers,
@@ -20,7 +16,7 @@ from pcnet3d.models.lab.evaluation.takes import (
     with_heading,
 )
 from pcnet3d.models.lab.mocap.clips import Clip
-from pcnet3d.pipeline import CAMERA, H36M17
+from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import transpose
 
 FPS = 30.0
@@ -117,29 +113,3 @@ def test_headings_are_turned_and_ups_are_not():
         assert np.abs(twist.mean() if per == "take" else twist).max() < 1e-2
     R[3] = np.nan
     assert np.isfinite(with_heading(R, truth)[4:]).all()
-
-
-@pytest.fixture
-def tiny(standing, monkeypatch):
-    """Two takes as all the data there is."""
-    clips = (clip_of(standing), clip_of(standing, 45, "03_02"))
-    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
-    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: map(exact, clips))
-    monkeypatch.setattr(evaluation_sets, "lifted_by", lambda model, keypoints, *_, **__: keypoints.with_(
-        joints=(clips[0].joints - clips[0].joints[:, :1])[: len(keypoints)], frame=CAMERA.with_(unit="arbitrary")
-    ))  # fmt: skip
-
-
-def test_the_command_writes_tables_and_json(tiny, tmp_path, capsys):
-    evaluate_module.evaluate(
-        "takes", output=tmp_path / "out", rectifier=["geometric"], sets="test", because="known answers"
-    )
-    text = (tmp_path / "out" / "evaluation.md").read_text()
-    assert text in capsys.readouterr().out
-    assert "| CMU test, lifted, upright, 2 s and more | 1 | 75 |" in text
-    content = json.loads((tmp_path / "out" / "evaluation.json").read_text())
-    assert (
-        content["takes"]["HDM05, clean, upright, under 2 s"]["methods"]["geometric, a take"]["levelled"] == 1
-    )
-    wrist = content["acceleration"]["CMU test, lifted"]["lift"]["geometric, a take"]["wrist"]["vertical"]
-    assert 0 <= wrist["rmse"]["p50"] < 1

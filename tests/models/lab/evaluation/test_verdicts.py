@@ -1,29 +1,17 @@
-"""Verdicts beside the error: which takes count as what, and how far off they are."""
+"""How far off takes are that verdicts are about."""
 
 import numpy as np
 import pytest
 
 from golden import jumps as golden
 from pcnet3d.models.lab.evaluation.testbed import see
-from pcnet3d.models.lab.evaluation.verdicts import error_mm, kind_of
+from pcnet3d.models.lab.evaluation.verdicts import error_mm
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import CAMERA, H36M17, Take
 
 
-def seen(source: str = "asfamc", laid: bool = False):
-    jump = golden.toe_jump()
-    world = jump.world[..., [2, 1, 0]] if laid else jump.world
-    return see(Clip("01_jump", "01", source, 30.0, world.astype(np.float32)), 0)
-
-
-def test_takes_are_told_apart_by_what_is_done_in_them():
-    assert kind_of(seen()) == "other: sport, dance, everyday"
-    assert kind_of(seen("arena")) == "tennis"
-    assert kind_of(seen(laid=True)) == "floor work, crouching"
-
-
 def test_the_error_is_of_the_body_in_its_own_axes_and_one_scale():
-    truth = seen()
+    truth = see(Clip("01_jump", "01", "asfamc", 30.0, golden.toe_jump().world.astype(np.float32)), 0)
     poses = truth.keypoints.with_(
         joints=0.5 * truth.truth @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]),
         layout=H36M17,

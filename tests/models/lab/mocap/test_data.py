@@ -29,10 +29,12 @@ def test_the_sample_becomes_a_folder_by_which_a_row_of_the_readme_is_measured(tm
     assert (tmp_path / "data" / "cmu_mocap.npz").stat().st_mtime_ns == before
     asked = ("takes", "--sets", "cmu", "--because", "the first row", "-o", tmp_path / "takes")
     succeeded(pcnet3d("lab", "evaluate", *asked, PCNET3D_DATA=str(tmp_path / "data")))
-    takes = json.loads((tmp_path / "takes" / "evaluation.json").read_text())["takes"]
-    methods = takes["CMU test, lifted, upright, 2 s and more"]["methods"]
+    report = json.loads((tmp_path / "takes" / "evaluation.json").read_text())
+    methods = report["takes"]["CMU test, lifted, upright, 2 s and more"]["methods"]
     means = {re.sub("@\\w+", "", name): of["by person"]["rotation"]["mean"] for name, of in methods.items()}
     assert means["geometric, a frame"] > means["pcnet, a frame"] > means["pcnet, a take, with its image"]
+    added = report["acceleration"]["CMU test, lifted"]["lift"]
+    assert 0 < added["geometric, a take"]["wrist"]["vertical"]["rmse"]["p50"] < 1
 
 
 def test_a_file_that_was_changed_since_is_refused(tmp_path):

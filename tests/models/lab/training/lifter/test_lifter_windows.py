@@ -54,15 +54,6 @@ def test_windows_are_what_they_say(clips, count, frames):
         assert not velocity.any()  # of a single frame nothing is known, and nothing asked
 
 
-def test_the_same_draw_gives_the_same_windows(clips):
-    material = Material(
-        combined=0.5, pans=0.5, placed=0.5, good=0.5, slow=0.01, truncated=0.5, occluded=0.5, derived=0.5
-    )
-    one, again, other = (batch(clips, material, 4, 20, step) for step in (0, 0, 1))
-    assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
-    assert np.abs(one.joints - other.joints).max() > 0.1
-
-
 def test_the_image_shows_the_target(clips):
     """x and y of the target are the image, up to perspective, noise and scale."""
     x, joints, _ = batch(clips, STILL, 300, 1)

@@ -78,21 +78,5 @@ def test_the_error_head_is_pulled_to_the_mean():
     assert tries[int(np.argmin(values))].item() == pytest.approx(6, abs=0.1)
 
 
-@pytest.mark.parametrize("residual", ["off", "free"])
-def test_the_whole_loss_reaches_every_parameter(residual, pose):
-    config = net_module.NetConfig(width=16, output=8, heads=2, residual=residual, align=True)
-    net = net_module.PCNet(config)
-    joints = pose.float() + 0.05 * torch.randn(8, 17, 3)
-    joints = joints - joints[:, :1]
-    truth = joints + 0.01 * torch.randn(8, 17, 3)
-    frames = losses.Frames(joints, torch.ones(8, 17), truth, rotations(8).float())
-    loss = losses.total(net, net(joints, frames.valid), frames)
-    loss.backward()
-    assert torch.isfinite(loss)
-    without = [name for name, p in net.named_parameters() if p.grad is None]
-    assert not without
-    assert all(torch.isfinite(p.grad).all() for p in net.parameters())
-
-
 def test_the_weights_are_the_papers():
     assert (losses.POSE, losses.ROTATION, losses.CYCLE, losses.PERCEPTUAL) == (1, 1, 0.25, 0.15)
