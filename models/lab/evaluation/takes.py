@@ -30,6 +30,8 @@ from .people import OfTake, figures, mean
 from .runs import Question
 from .testbed import LiftedTake, SeenTake, accelerations, joints_of, simulated_look
 
+# (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as models.gravity.seen.Seen has it.
+Lift = tuple[np.ndarray, np.ndarray | None]
 CAMERA_AXES = "camera axes"
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -75,26 +77,21 @@ class Answer:
 
 
 def answers(
-    rectifiers: Sequence[Rectifier],
-    joints: np.ndarray,
-    time_s: np.ndarray,
-    look: Look | None = None,
-    spread: np.ndarray | None = None,
-    again: tuple[np.ndarray, np.ndarray] | None = None,
+    rectifiers: Sequence[Rectifier], lift: Lift, time_s: np.ndarray, look: Look, told: Lift
 ) -> dict[str, dict[str, Answer]]:
-    """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
-    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.seen.Seen.
-    again: joints and spread of a lift that knew the image's up, for that answer."""
+    """{method: {"a frame", "a take", "a take, with its image": Answer}}. lift: (T, 17, 3) joints and their spread.
+    time_s: (T,). look: what an image of the take says about up. told: of a lift that knew this up, for the answer with
+    the image."""
     of_methods = {}
     for rectifier in rectifiers:
-        R, error_deg = rectifier.rotation(joints)
-        seen = Seen(joints, R, error_deg, time_s, spread=spread)
-        of_methods[rectifier.method] = {"a frame": Answer(R), "a take": _of_take(level_static(seen))}
-        if look is not None:
-            if again is not None:
-                seen = Seen(again[0], *rectifier.rotation(again[0]), time_s, spread=again[1])
-            with_image = _of_take(level_static(seen, look=look), seen.joints)
-            of_methods[rectifier.method]["a take, with its image"] = with_image
+        R, error_deg = rectifier.rotation(lift[0])
+        alone = Seen(lift[0], R, error_deg, time_s, spread=lift[1])
+        with_image = Seen(told[0], *rectifier.rotation(told[0]), time_s, spread=told[1])
+        of_methods[rectifier.method] = {
+            "a frame": Answer(R),
+            "a take": _of_take(level_static(alone)),
+            "a take, with its image": _of_take(level_static(with_image, look=look), told[0]),
+        }
     return of_methods
 
 
@@ -149,8 +146,8 @@ def one_set(
         lifted, look = joints_of(take.lifted, seen.truth), simulated_look(seen.up, question.seed, seen.clip)
         told = question.lift_seen(seen, up=look.up)
         again = joints_of(told, seen.truth), stated_spread(told)
-        spread = stated_spread(take.lifted)
-        methods = named(answers(question.rectifiers, lifted, seen.keypoints.times, look, spread, again))
+        first = lifted, stated_spread(take.lifted)
+        methods = named(answers(question.rectifiers, first, seen.keypoints.times, look, again))
         for name, answer in methods.items():
             rows[f"{label}, lifted, {group}"].setdefault(name, []).append(judge(seen, lifted, answer))
         if group == LONG:

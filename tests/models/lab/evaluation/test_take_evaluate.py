@@ -15,6 +15,7 @@ from pcnet3d.models.lab.evaluation.takes import (
     row,
     with_heading,
 )
+from pcnet3d.models.lab.evaluation.testbed import simulated_look
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import transpose
@@ -46,14 +47,22 @@ def turn(axis, degrees):
     return Rotation.from_rotvec(np.radians(degrees) * np.array(axis)).as_matrix()
 
 
+def answered(seen, error=None):
+    """An oracle's answers to the truth, and to what an image says."""
+    look, lift = simulated_look(seen.up, 0, seen.clip), (seen.truth, None)
+    return answers([Oracle(seen, error)], lift, seen.keypoints.times, look, lift)
+
+
 def test_a_perfect_rectifier_has_no_error(standing):
     take = exact(clip_of(standing))
-    both = answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times)["oracle"]
-    for answer in both.values():
-        judged, _ = judge(take.seen, take.seen.truth, answer)
-        assert max(values.max() for values in judged.values.values()) < 1e-3
-    levelled = {per: judge(take.seen, take.seen.truth, answer)[1] for per, answer in both.items()}
-    assert levelled == {"a frame": None, "a take": True}
+    judged = {
+        per: judge(take.seen, take.seen.truth, answer)
+        for per, answer in answered(take.seen)["oracle"].items()
+    }
+    for per in ("a frame", "a take"):
+        assert max(values.max() for values in judged[per][0].values.values()) < 1e-3
+    levelled = {per: levelled for per, (_, levelled) in judged.items()}
+    assert levelled == {"a frame": None, "a take": True, "a take, with its image": True}
 
 
 @pytest.fixture
@@ -62,8 +71,7 @@ def levelled(standing):
     take = exact(clip_of(standing))
 
     def run(error, per="a take"):
-        both = answers([Oracle(take.seen, error)], take.seen.truth, take.seen.keypoints.times)
-        return judge(take.seen, take.seen.truth, both["oracle"][per])
+        return judge(take.seen, take.seen.truth, answered(take.seen, error)["oracle"][per])
 
     return run
 
@@ -90,7 +98,7 @@ def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(standing):
     """And a perfect rotation nothing, whatever the lift is."""
     take = exact(clip_of(standing))
     seen, swing = take.seen, 0.1 * (2 * np.pi) ** 2 / np.sqrt(2)
-    perfect = named(answers([Oracle(seen)], seen.truth, seen.keypoints.times))
+    perfect = named(answered(seen))
     tilted = constant(seen.R_camera_from_world @ turn([1, 0, 0], 20), 75)
     of = added({**perfect, "tilted": tilted}, seen.truth, seen)
     assert of["oracle, a take"]["wrist"]["vertical"] == pytest.approx(0, abs=1e-5)
