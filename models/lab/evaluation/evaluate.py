@@ -120,9 +120,14 @@ def evaluate(
     output.mkdir(parents=True, exist_ok=True)
     if reason:
         note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", results["networks"], reason)
-    text = written(results, report, module.ABOUT)
-    write_text(output / f"{of.file}.md", text)
-    write_json(output / f"{of.file}.json", plain(results))
+    publish(output / of.file, report, module.ABOUT, results)
+
+
+def publish(file: Path, title: str, about: str, results: dict[str, Any]) -> None:
+    """Write and print a report: its page, `file` with .md, and its figures, with .json."""
+    text = written(results, title, about)
+    write_text(file.with_suffix(".md"), text)
+    write_json(file.with_suffix(".json"), plain(results))
     print(text)
 
 
@@ -139,12 +144,17 @@ def _asked(report: str, given: dict[str, Any]) -> dict[str, Any]:
         )
     usual = {name: value for name, value in {**_USUAL, **of.defaults}.items() if name in of.takes}
     asked = {**usual, **given}
-    if (asked.get("sets", "val") != "val") != bool(asked.get("because", "").strip()):
+    refuse_unexplained(asked.get("sets", "val"), asked.get("because", ""))
+    return asked
+
+
+def refuse_unexplained(sets: Sets, because: str) -> None:
+    """InputError for test people without a reason, and a reason without them."""
+    if (sets != "val") != bool(because.strip()):
         raise InputError(
             "needs-input",
             "Test subjects are looked at rarely: give --because REASON with --sets test, cmu or tennis, and only then.",
         )
-    return asked
 
 
 def ledger_of(output: Path) -> Path:
