@@ -1,21 +1,19 @@
 """Whether a take's clock is right, by what nobody chooses: how fast a body falls, and how quickly legs swing in a walk.
 
 In the air nothing but gravity pulls. On the ground a leg swings as a pendulum that is driven: whoever walks slowly
-stands longer on each foot, but swings it hardly more slowly. And the foot is higher while it goes where the person
-goes, so that a walk shows which way time runs.
+stands longer on each foot, but swings it hardly more slowly.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import unit
+from ...pipeline.core.rotations import angle_deg, unit
 from ...pipeline.signals.filters import peaks
 from ..place.flights import GRAVITY, falls
 
@@ -23,82 +21,60 @@ _STATURE_M = 1.7  # of an adult; of people 1.2 to 2 m tall gravity's fall is wit
 _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and more
 
 
-class _Kind(NamedTuple):
-    """Of gaits: seconds in which a leg swings, and from how many lengths of a leg that a foot goes about the pelvis on
-    its way backwards time does so."""
-
-    least: float
-    usual: float
-    most: float
-    reversed: float
-
-
-# 60 lifted walks of validation people, slow ones among them, have 0.37 to 0.63 s; a leg that hangs and falls takes 0.7
-# to 0.8, and a jog of test people 0.30. Who walks backwards takes shorter steps than forwards (Thorstensson, Acta
-# Physiol Scand 127(2), 1986): 0.61 to 0.75 in these takes. Runs have 0.23 s and more, and may run backwards.
-_WALK, _OTHER = _Kind(0.28, 0.43, 0.66, 0.78), _Kind(0.19, 0.28, np.inf, np.inf)
+# Seconds in which a leg swings: 0.37 to 0.63 in 60 lifted walks of validation people, slow ones among them; 0.20 and
+# more in runs. A leg that hangs and falls takes 0.7 to 0.8. With these limits none of 1,127 captured takes is doubted.
+_QUICKEST, _SLOWEST = {"walk": 0.25, "run": 0.19}, 0.66
+_USUAL = {"walk": 0.43, "run": 0.28}
 # A stance is so many times as long as a swing: 1.39 and more in these walks. A foot is higher in a swing of a walk than
-# in a stance by less than so many lengths of a leg, in a skip by more.
-_WALKS, _LIFT = 1.35, 0.15
-_REACH = (0.55, 1.25)  # lengths of a leg: 0.6 to 1.17 in these takes, 1.5 on ladders
+# in a stance by less than so many lengths of a leg, in a skip by more. Many runs are such too, but with knees bent:
+# the straighter one has 33 degrees and more in captured runs forwards, 25 in the middle one of captured walks.
+_WALKS, _LIFT, _STRAIGHT_DEG = 1.35, 0.15, 29.0
+_REACH = (0.6, 1.25)  # lengths of a leg, that a foot goes: 0.6 to 1.17 in these takes, 1.5 on ladders
 _STEP = 0.3  # the same, that a foot goes there and back at least
 _UPRIGHT = 0.7  # cosine of the trunk
 _EVEN = 1.35  # third over first quartile of these times
 _FEWEST = 2  # swings, and stances, of both legs
-# Lengths of a leg, that a foot of somebody who walks backwards goes: 0.61 to 0.67, less than forwards, as is known
-# (Thorstensson, Acta Physiol Scand 127(2), 1986). One that goes farther is of a clip that runs backwards.
-_BACKWARDS = 0.72
 
 
 def clock_doubts(level: PoseSequence) -> list[Notice]:
-    """Notices where a body in the air, or the legs of a walk, are slower or faster than gravity makes them, or time
-    runs backwards.
+    """A notice where a body in the air, or the legs of a walk, are slower or faster than gravity makes them.
 
     level: as for `falls`; not filtered, for a filter takes the more of a movement the quicker its clock is.
     """
     fell = falls(level)
     times = float(np.sqrt(np.median(fell) * _STATURE_M / GRAVITY)) if len(fell) else 1.0  # as fast as it was
     movement = f"the body falls at {times**2:.2g} of gravity in the air"
-    gait = _gait(level)
-    notices = [notice("backwards")] if gait is not None and gait.reversed else []
     if 1 / _OFF < times < _OFF:
+        gait = _gait(level)
         times = 1.0 if gait is None else gait.too_quick()
         movement = "" if gait is None else f"the legs of a walk or run swing for {gait.swing_s:.2f} s"
     if times == 1.0:
-        return notices
+        return []
     way = "quickly" if times > 1 else "slowly"
     values = {"fps": level.fps, "movement": movement, "way": way, "fits": level.fps / times}
-    return [*notices, notice("rate-against-movement", times=max(times, 1 / times), **values)]
+    return [notice("rate-against-movement", times=max(times, 1 / times), **values)]
 
 
 @dataclass(frozen=True)
 class _Gait:
     """Legs that go there and back evenly, by medians. swing_s: time in which a foot goes one way, higher than the other
     way, which takes stance_s; reach: how far it goes about the pelvis, and lift: by how much it is higher, in lengths
-    of a leg. backwards: whether it is higher on its way to the back."""
+    of a leg. backwards: whether it is higher on its way to the back. knee_deg: flexion of the straighter knee."""
 
     swing_s: float
     stance_s: float
     reach: float
     lift: float
     backwards: bool
-
-    @property
-    def _kind(self) -> _Kind:
-        # Feet that run backwards are longer on the ground.
-        runs = self.backwards and self.swing_s < _WALK.least
-        walks = self.stance_s > _WALKS * self.swing_s and self.lift < _LIFT and not runs
-        return _WALK if walks else _OTHER
-
-    @property
-    def reversed(self) -> bool:
-        """Whether time runs backwards."""
-        return self.backwards and self.reach > self._kind.reversed
+    knee_deg: float
 
     def too_quick(self) -> float:
         """How many times too quickly legs swing, below 1 where too slowly; 1 within what people do."""
-        least, usual, most, _ = self._kind
-        return 1.0 if least < self.swing_s < most else usual / self.swing_s
+        walks = self.stance_s > _WALKS * self.swing_s and self.lift < _LIFT and not self.backwards
+        kind = "walk" if walks and self.knee_deg < _STRAIGHT_DEG else "run"
+        if self.swing_s < _QUICKEST[kind]:
+            return _USUAL[kind] / self.swing_s
+        return _USUAL["walk"] / self.swing_s if walks and self.swing_s > _SLOWEST else 1.0
 
 
 def _gait(level: PoseSequence) -> _Gait | None:
@@ -113,8 +89,10 @@ def _gait(level: PoseSequence) -> _Gait | None:
     hips, pelvis = level.joint("l_hip") - level.joint("r_hip"), level.joint("pelvis")
     with np.errstate(invalid="ignore", divide="ignore"):
         forward = unit(np.cross(hips, level.joint("thorax") - pelvis).astype(np.float64))
+    knees_deg = []
     for side in "rl":
         chain = [level.joint(f"{side}_{part}").astype(np.float64) for part in ("hip", "knee", "ankle")]
+        knees_deg.append(angle_deg(chain[1] - chain[0], chain[2] - chain[1]))
         length = sum(np.linalg.norm(b - a, axis=-1) for a, b in pairwise(chain))
         foot = (chain[-1] - pelvis) / np.nanmedian(length) if np.isfinite(length).any() else chain[-1]
         along = (foot * forward).sum(axis=-1)
@@ -136,7 +114,8 @@ def _gait(level: PoseSequence) -> _Gait | None:
     (swing_s, reach, lift), (stance_s, _, below) = (np.median(each, axis=0) for each in (swing, stance))
     if not _REACH[0] < reach < _REACH[1]:
         return None
-    return _Gait(float(swing_s), float(stance_s), float(reach), float(lift - below), backwards)
+    knee_deg = float(np.nanmedian(np.fmin(*knees_deg)))
+    return _Gait(float(swing_s), float(stance_s), float(reach), float(lift - below), backwards, knee_deg)
 
 
 def _whole(halves: np.ndarray) -> np.ndarray:

@@ -82,9 +82,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rate-against-movement": ("warning", "clock",
         "At {fps:.4g} frames per second {movement}, {times:.2g} times too {way}. If the rate is wrong, give the "
         "camera's (--fps); about {fits:.2g} would fit."),
-    "backwards": ("warning", "clock",
-        "The legs walk backwards in strides as long as those of a walk forwards: the clip may run backwards. Play it "
-        "forwards, or take no notice."),
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
         "times, or give run --fps."),

@@ -76,7 +76,6 @@ def test_ankles_that_a_detector_exchanges_in_one_row_are_no_fault():
         clock_doubts(poses)
 
 
-def test_a_walk_that_runs_backwards_is_told():
+def test_who_walks_backwards_is_no_fault_of_the_clock():
     poses = walking(1.0)
-    (said,) = clock_doubts(poses.with_(joints=poses.joints[::-1]))
-    assert said.code == "backwards"
+    assert clock_doubts(poses.with_(joints=poses.joints[::-1])) == []
