@@ -289,25 +289,36 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal cannot show must not end a run
             stream.reconfigure(errors="backslashreplace")
     limit_opencv()
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that half-made files go
+    ended_by: list[int] = []
+
+    def end(number: int, frame: object) -> None:
+        ended_by.append(number)
+        sys.exit(128 + number)  # so that half-made files go
+
+    signal.signal(signal.SIGTERM, end)
     try:
         set_detail("normal")
         app(standalone_mode=True)
-    except InputError as error:
+    except KeyboardInterrupt:
+        _fail("interrupted", 130)
+    except Exception as error:
+        if ended_by:  # a package whose import was cut short makes an error of its own of the exit
+            sys.exit(128 + ended_by[0])
+        _explain(error)
+
+
+def _explain(error: Exception) -> None:
+    """What went wrong, and the exit code that says whose fault it is."""
+    if isinstance(error, InputError):
         if is_verbose():
             traceback.print_exc()
         _fail(str(error), 2)
-    except KeyboardInterrupt:
-        _fail("interrupted", 130)
-    except OSError as error:
+    if isinstance(error, OSError):
         _fail(f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}.", 2)
-    except Exception:
-        traceback.print_exc()
-        others = sorted(registry.packages().keys() - {"pcnet3d"})
-        or_of = f", or of a package that adds to it ({', '.join(others)})" if others else ""
-        _fail(
-            f"this is a fault of pcnet3d{or_of}, not of your input; please report it with the lines above.", 1
-        )
+    traceback.print_exc()
+    others = sorted(registry.packages().keys() - {"pcnet3d"})
+    or_of = f", or of a package that adds to it ({', '.join(others)})" if others else ""
+    _fail(f"this is a fault of pcnet3d{or_of}, not of your input; please report it with the lines above.", 1)
 
 
 def _fail(message: str, code: int) -> None:

@@ -244,6 +244,23 @@ def test_a_run_ended_by_the_system_leaves_nothing(lifted, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
 
 
+def test_an_import_that_is_cut_short_is_no_fault_of_ours():
+    """Packages in C answered the signal's exit with an ImportError of their own."""
+    code = """
+import os, signal
+from pcnet3d.pipeline import cli
+def app(standalone_mode):
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except SystemExit:
+        raise ImportError("initialization failed")
+cli.app = app
+cli.main()
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (143, "")
+
+
 def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
     odd = lifted.rename(tmp_path / "Müller.npy")
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
