@@ -241,6 +241,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "images before you use a figure."),
     "flat": ("unusable", "poses",
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
+    "axis-invented": ("unusable", "poses",
+        "Nothing moves along {axis} while the body moves along the other axes: that axis is invented."),
     "depth-scaled": ("suspicious", "poses",
         "Bones get {way} when they turn towards the camera, as if depth were {times:.1f} times too {size}."),
     "limbs-copied": ("suspicious", "poses",

@@ -35,6 +35,10 @@ _POOR_SPREAD = 0.09  # boxing 0.05, cycling 0.10
 _ADULTS_M = (1.0, 2.2)
 _SIDES = 1.4  # a right limb bone over the left one; monocular lifts of sound takes reach 1.24
 _PLANE = 0.03  # thickness of a body over its trunk
+_STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
+# Spread of bones up to which nothing was lost along an axis in which nothing moves, as of somebody who walks exactly
+# along another; of a walk that has lost one it is 0.10 and more.
+_IN_A_PLANE = 0.05
 _DEPTH = 1.5  # how many times too small depth is
 _STRETCHED = 0.75  # the same of depth that is too large; lifts have 0.87 to 1.26
 _ENOUGH_ROWS = 10
@@ -128,6 +132,10 @@ def _depth(poses: PoseSequence) -> list[Notice]:
     thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / size
     if thickness < _PLANE:
         return [notice("flat", thickness_percent=float(100 * thickness))]
+    movement = np.nanmean(joints.std(axis=0), axis=0) / size
+    still = np.flatnonzero(movement < _STILL)
+    if len(still) and movement.max() > _MOVING and bone_spread(poses) > _IN_A_PLANE:
+        return [notice("axis-invented", axis="xyz"[still[0]])]
     factor = depth_factor(poses) if moves(poses) else np.nan
     if factor > _DEPTH:
         return [notice("depth-scaled", way="shorter", times=float(factor), size="small")]

@@ -126,6 +126,7 @@ LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "kn
 halted = copied(np.s_[40:44], 40)
 mirrored = scaled(-1, 1, 1)
 flat = copied(np.s_[..., AWAY], np.s_[:, :1, AWAY])
+invented = copied(np.s_[..., AWAY], np.s_[0, :, AWAY])
 
 
 def rubber(joints):
@@ -171,10 +172,17 @@ def test_a_fault_is_found_alone(walker, tmp_path, spoil, name, weight):
     assert found.verdict == weight
 
 
-@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (rubber, "bones")])
+@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (invented, "axis-invented"), (rubber, "bones")])
 def test_a_fault_that_brings_others_with_it(walker, tmp_path, spoil, name):
     found = looked_at(tmp_path, spoil(walker.copy()))
     assert faults(found)[name] == "unusable"
+
+
+def test_who_walks_exactly_along_one_axis_has_lost_nothing(walker, tmp_path):
+    """Nothing moves across the walk, as of a simulated body, but bones keep their lengths: "that axis is invented"."""
+    planar = (walker - walker[:, :1]).astype(np.float64)
+    planar[..., 0] = planar[..., 0].mean(axis=0)
+    assert "axis-invented" not in faults(looked_at(tmp_path, planar))
 
 
 def test_a_body_on_its_side_before_a_camera_is_what_a_run_calls_it(walker, tmp_path):
@@ -194,7 +202,9 @@ def test_a_world_whose_other_axis_is_up_is_suspicious(walker, tmp_path):
     assert faults(looked_at(tmp_path, stays, WORLD)) == {"on-its-side": "warning"}
 
 
-@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (rubber, "bones"), (leaping, "leaps")])
+@pytest.mark.parametrize(
+    ("spoil", "name"), [(flat, "flat"), (invented, "axis-invented"), (rubber, "bones"), (leaping, "leaps")]
+)
 def test_a_capture_without_a_head_is_read_and_good_and_its_faults_are_found(walker, tmp_path, spoil, name):
     """Each of its frames counted as missing."""
     lacking = H36M17.indices(["nose", "head"])
