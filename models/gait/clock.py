@@ -19,8 +19,6 @@ from ..place.flights import GRAVITY, falls
 
 _STATURE_M = 1.7  # of an adult; of people 1.2 to 2 m tall gravity's fall is within a fifth of the clock
 _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and more
-
-
 # Seconds in which a leg swings: 0.37 to 0.63 in 60 lifted walks of validation people, slow ones among them; 0.20 and
 # more in runs. A leg that hangs and falls takes 0.7 to 0.8. With these limits none of 1,127 captured takes is doubted.
 _QUICKEST, _SLOWEST = {"walk": 0.25, "run": 0.19}, 0.66

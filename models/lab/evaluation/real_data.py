@@ -92,8 +92,9 @@ def read_seen(path: Path) -> tuple[Video, PoseSequence]:
 
 
 def found_keypoints(video: Video) -> PoseSequence:
-    """COCO17 in IMAGE: whom the data's own detector sees for longest. InputError when it sees nobody."""
-    found = detect(video, load_detector(data_folder() / _DETECTOR))
+    """COCO17 in IMAGE: whom the data's own detector sees for longest, looking as often as in a run. InputError when it
+    sees nobody."""
+    found = detect(video, load_detector(data_folder() / _DETECTOR, looks=None))
     if not len(found.person):
         raise InputError(
             "nothing-usable", f"Expected a person in {video.path}, but {found.method} finds nobody."
