@@ -1,7 +1,5 @@
 """Videos, described without decoding them: size, rotation, codec and every frame's time stamp.
 
-A folder of images numbered in their names is one too, at a rate that has to be told.
-
 FFmpeg reads the containers that cameras and editors write. Others are refused, so that no playlist or script
 can make it open further files.
 """
@@ -19,10 +17,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.system import cores
 from ..pipeline.core.take import Video
-from ..pipeline.files.images import images_in, is_image, read_image
 from ..pipeline.files.video_frames import opened
-from ..pipeline.reading.bounds import check_fps
-from .kit.frames import numbered_files
 from .kit.opened import first_bytes
 
 if TYPE_CHECKING:
@@ -31,7 +26,7 @@ if TYPE_CHECKING:
 
 name = "video"
 gives = "video"
-reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS), GIF, or a folder of numbered images"
+reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS), GIF"
 
 _FOCAL_35_MM = re.compile(r"camera\.focal_length\.35mm_equivalent$")  # com.apple.quicktime.camera...
 _DURATION = re.compile(r"(\d+):(\d+):(\d+(?:\.\d*)?)")  # of a track, in Matroska
@@ -52,11 +47,7 @@ _SYNC_BYTES = ((0, 188), (4, 192))
 
 
 def sniff(path: Path) -> bool:
-    """Whether the file begins like a video container; only its first bytes are read. Or whether a folder holds images
-    and nothing else."""
-    if images := images_in(path):
-        alone = all(file in images for file in path.iterdir() if not file.name.startswith("."))
-        return len(images) > 1 and alone and is_image(images[0])
+    """Whether the file begins like a video container; only its first bytes are read."""
     head = first_bytes(path, 1024)
     return (
         (head[:1] == b"\0" and head[4:8] in _BOXES)
@@ -66,18 +57,15 @@ def sniff(path: Path) -> bool:
     )
 
 
-def read(path: Path, fps: float | None = None) -> tuple[Video]:
-    """The file's first moving image. time_s comes from the container, sorted into display order. Of a folder it is made
-    of the numbers in the images' names and fps, the images a second.
+def read(path: Path) -> tuple[Video]:
+    """The file's first moving image. time_s comes from the container, sorted into display order.
 
     Frames that an edit list cuts away are left out, as decoders do. rotation_deg is the clockwise turn that
     the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it. doubts tells
     images that end well before the file says, where no index lists them, and interlaced ones.
-    Raises InputError when there is no readable video, when the file is cut off, when frames have no time stamps of
-    their own, and for images without numbers, of several videos or without a rate.
+    Raises InputError when there is no readable video, when the file is cut off, and when frames have no time stamps of
+    their own.
     """
-    if images := images_in(path):
-        return (_of_images(path, images, fps),)
     if not sniff(path):
         from ..pipeline.reading.describe import in_words
 
@@ -96,26 +84,6 @@ def read(path: Path, fps: float | None = None) -> tuple[Video]:
             f"Expected a video in {path}, but it cannot be read ({error.strerror}); it may be cut off or damaged: "
             "copy it again.",
         ) from None
-
-
-def _of_images(folder: Path, files: list[Path], fps: float | None) -> Video:
-    """One image comes 1/fps after the other; missing numbers are a hole, but for a step that all have."""
-    frames = numbered_files(folder, files)
-    images, steps = tuple(file for _, file in frames), np.diff([number for number, _ in frames])
-    if fps is None:
-        raise InputError(
-            "needs-rate", f"Nothing says at which rate the images in {folder} were taken: give --fps F."
-        )
-    height, width = read_image(images[0]).shape[:2]
-    return Video(
-        path=folder,
-        width=width,
-        height=height,
-        time_s=np.cumsum([0, *steps // np.gcd.reduce(steps, initial=0)]) / check_fps(fps),
-        codec="images",
-        key_frames=tuple(range(len(files))),
-        images=images,
-    )
 
 
 def _described(container: InputContainer, path: Path) -> Video:

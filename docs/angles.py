@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 
 from pcnet3d.pipeline.core.layouts import H36M17
-from pcnet3d.pipeline.inspect.image import bone_colour
 from pcnet3d.pipeline.signals.angles import angles
+from pcnet3d.stages.drawing.palette import side_colour
 
 CELL, SCALE = 300, 125  # pixels of a panel's side, and of a metre
 GREY, RED = (215, 215, 215), (40, 40, 200)  # BGR
@@ -102,7 +102,7 @@ def panel(name: str, value: float, tip: str, view: str, pose: Pose) -> np.ndarra
         places = at(body(pose(degrees)))
         for parent, child in H36M17.bones:
             ends = [tuple(map(int, places[H36M17.index(joint)])) for joint in (parent, child)]
-            cv2.line(image, *ends, bone_colour(parent, child) if coloured else GREY, 3, cv2.LINE_AA)
+            cv2.line(image, *ends, side_colour(parent, child)[::-1] if coloured else GREY, 3, cv2.LINE_AA)
     path = at(np.array([body(pose(d))[H36M17.index(tip)] for d in np.linspace(0, value, 40)]))
     cv2.polylines(image, [path], False, RED, 2, cv2.LINE_AA)
     cv2.arrowedLine(

@@ -18,7 +18,7 @@ from pcnet3d.pipeline.core.frames import CAMERA
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, H36M17, Layout, remap
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.core.rotations import rotate, transpose
-from pcnet3d.pipeline.inspect.image import draw_bones
+from pcnet3d.stages.drawing.palette import side_colour
 
 # By clip: an array of its file in the data folder, whose lifter gave it, and the array's layout.
 CLIPS: dict[str, tuple[tuple[str, str, Layout], ...]] = {
@@ -41,7 +41,10 @@ def cell(picture: np.ndarray, label: str) -> np.ndarray:
     image = np.full((CELL, CELL, 3), 255, np.uint8)
     cv2.line(image, (CELL // 2, 20), (CELL // 2, CELL - 8), (225, 225, 225), 1)
     at = CELL * (0.5 + 0.8 * picture * (1, -1))
-    draw_bones(image, at, H36M17, thick=3)
+    for bone in H36M17.bones:
+        ends = at[H36M17.indices(bone)].round()
+        if np.isfinite(ends).all():
+            cv2.line(image, *ends.astype(int).tolist(), side_colour(*bone)[::-1], 3, cv2.LINE_AA)
     cv2.putText(image, label, (6, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (60, 60, 60), 1, cv2.LINE_AA)
     return image
 

@@ -203,14 +203,9 @@ def inspect(
             help="Which person: an ID in the file, longest (most frames) or largest (in the image)."
         ),
     ] = None,
-    keypoints: Annotated[Path | None, typer.Option(help="2D keypoints to check the poses against.")] = None,
-    video: Annotated[Path | None, typer.Option(help="Video to check the poses against.")] = None,
     option: Annotated[
         list[str] | None,
         typer.Option("--option", "-O", help="Option KEY=VALUE for reading the file; repeatable."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Write this image (PNG): four frames from three sides.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
@@ -229,13 +224,7 @@ def inspect(
     if is_video or (adapter == "auto" and is_image(file)):
         from .inspect.video import inspect_image, inspect_video
 
-        of_poses = {
-            "--person": person,
-            "--keypoints": keypoints,
-            "--video": video,
-            "-O": option,
-            "--plot": plot,
-        }
+        of_poses = {"--person": person, "-O": option}
         if unread := [flag for flag, value in of_poses.items() if value]:
             what = "a video" if is_video else "an image"
             raise InputError(
@@ -245,19 +234,8 @@ def inspect(
         camera = inspect_video(file) if is_video else inspect_image(file)
         print(json.dumps(camera.figures(), indent=1) if as_json else camera)
         return
-    inspection = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
+    inspection = inspected(file, adapter, pairs(option), person)
     print(json.dumps(inspection.figures(), indent=1) if as_json else inspection)
-    if plot is not None:
-        from .inspect.image import draw
-
-        drawn = max(
-            inspection.people, key=lambda candidate: (candidate.poses is not None, len(candidate.source))
-        ).poses
-        if drawn is None:
-            raise InputError(
-                "option-conflict", f"{file} has no 3D poses that could be drawn; leave --plot out."
-            )
-        draw(drawn, plot)
     raise typer.Exit(EXIT_CODES[inspection.verdict])
 
 

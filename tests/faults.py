@@ -54,7 +54,7 @@ FAULTS = [
     Fault("pipeline/running/plan.py", '"calibrate": options.video is not None', '"calibrate": False',
           "pipeline/running/test_settings.py"),
     Fault("pipeline/running/recipe.py", "*self.stages))", "*self.stages[1:]))", "pipeline/running/test_settings.py"),
-    Fault("pipeline/reading/together.py", "* rate + lag", "* rate - lag", "pipeline/inspect/test_inspect.py"),
+    Fault("pipeline/reading/together.py", "* rate + lag", "* rate - lag", "pipeline/reading/test_together.py"),
     Fault("adapters/kit/people.py", "self.points[self.scores == 0] = np.nan", "self.points[self.scores == 1] = np.nan",
           "adapters/keypoints/test_coco.py"),
     Fault("adapters/kit/clock.py", "np.rint(steps / usual)", "np.ones(len(steps))", "adapters/test_mediapipe.py"),

@@ -297,12 +297,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The estimator started a new clip at row {listed}."),
     "refused": ("unusable", "poses",
         "{reason}"),
-    "video-apart": ("suspicious", "poses",
-        "The poses reach frame {last}, but the video ends with frame {ends}: they do not belong together."),
-    "video-unnumbered": ("suspicious", "poses",
-        "There are {rows_read:~row} without frame numbers for {frames:~frame} of the video: time may drift."),
-    "keypoints-not-compared": ("note", "poses",
-        "The poses were not compared with the keypoints: {reason}."),
     # Comparing runs
     "run-doubtful": ("warning", "files",
         "The poses of {run} are {verdict}, so differences may be their errors: {why}."),

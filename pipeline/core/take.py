@@ -32,15 +32,14 @@ AngleErrors = Literal["judged", "disagreement", "file", "none"]
 
 @dataclass(frozen=True, eq=False)
 class Video:
-    """A video file, or a folder of images, described without decoding it.
+    """A video file, described without decoding it.
 
     width, height: pixels as stored, before `rotation_deg` (0, 90, 180, 270; clockwise) is applied.
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
     part: the first and the last frame that the take is about; None for all. doubts: about a file that seems not to be
-    whole, or not fit. key_frames: numbers of those that are decoded without the ones before. images: of a folder, the
-    frames' files.
+    whole, or not fit. key_frames: numbers of those that are decoded without the ones before.
     """
 
     path: Path
@@ -54,7 +53,6 @@ class Video:
     part: tuple[int, int] | None = None
     doubts: tuple[Notice, ...] = ()
     key_frames: tuple[int, ...] = ()
-    images: tuple[Path, ...] = ()
 
     @property
     def span(self) -> tuple[int, int]:
@@ -65,8 +63,7 @@ class Video:
     def span_bytes(self) -> int:
         """About how many bytes of the file hold these frames."""
         first, last = self.span
-        size = sum(file.stat().st_size for file in self.images or (self.path,))
-        return size * (last + 1 - first) // len(self.time_s)
+        return self.path.stat().st_size * (last + 1 - first) // len(self.time_s)
 
     @property
     def fps(self) -> float:

@@ -15,7 +15,6 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.system import cores
 from ..core.take import Take, Video
-from .images import read_image
 
 if TYPE_CHECKING:
     from av import VideoFrame
@@ -90,13 +89,10 @@ def _has_key(video: Video, passed: int, wanted: int) -> bool:
 
 
 @contextmanager
-def _opened(video: Video) -> Iterator[_Film | _Images]:
+def _opened(video: Video) -> Iterator[_Film]:
     """InputError for a video that cannot be decoded, also while the block runs."""
     from av.error import FFmpegError
 
-    if video.images:
-        yield _Images(video)
-        return
     film = None
     try:
         with _container(video) as container:
@@ -126,32 +122,6 @@ def _container(video: Video) -> Iterator[InputContainer]:
         stream = container.streams.video[0]
         stream.thread_type, stream.codec_context.thread_count = "AUTO", cores()
         yield container
-
-
-class _Images:
-    """A folder of images. number: of the last one that was read."""
-
-    def __init__(self, video: Video) -> None:
-        self.number = 0
-        self._video = video
-
-    def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
-        """Frame numbers and frames, from the one numbered `first` on. InputError for one that cannot be decoded, or is
-        of another size."""
-        import av
-
-        size = self._video.height, self._video.width
-        for number, file in enumerate(self._video.images[first:], first):
-            self.number = number
-            image = read_image(file)
-            if image.shape[:2] != size:
-                raise InputError(
-                    "files-apart",
-                    f"Expected images of {size[1]}x{size[0]} pixels, as the first one of {self._video.path} is, got "
-                    f"{image.shape[1]}x{image.shape[0]} in {file.name}; keep each video's images in a folder of their "
-                    "own.",
-                )
-            yield number, av.VideoFrame.from_ndarray(image, "rgb24")
 
 
 class _Film:

@@ -13,15 +13,12 @@ from ..core.errors import InputError
 from ..core.messages import how_many
 from ..core.notices import EXIT_CODES, Notice, grave, notice, verdict
 from ..core.pose import PoseSequence
-from ..core.take import Take, Video
-from ..files.video_frames import shown_size
+from ..core.take import Take
 from ..plugins import registry
 from ..reading.bounds import check_times
 from ..reading.choose import choose_person
-from ..reading.join import numbered_by, numbered_by_times
-from ..reading.load import load, read_all, read_video
+from ..reading.load import load
 from ..reading.normalise import Guards
-from ..reading.together import Fit, together
 from ..signals.altered import altered
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.findings import (
@@ -31,7 +28,6 @@ from ..signals.findings import (
     swap_findings,
 )
 from ..signals.swaps import Swap, as_frames, find_swaps
-from .video import AS_IF_FPS
 
 _RECTIFIED = 600  # frames, a second of work; up needs no more
 
@@ -43,14 +39,12 @@ class Person:
     """One person of a file.
 
     source: as the adapter gives it. poses: the same as `read` would give it, left and right as they are; None for 2D
-    and where the reader refuses. fit: with 2D keypoints, where they were given and can be compared. swaps: rows in
-    which limbs are exchanged, or both on one.
+    and where the reader refuses. swaps: rows in which limbs are exchanged, or both on one.
     """
 
     source: PoseSequence
     poses: PoseSequence | None
     findings: tuple[Notice, ...]
-    fit: Fit | None = None
     swaps: tuple[Swap, ...] = ()
 
     @property
@@ -84,7 +78,6 @@ class Person:
             "stature_m": _known(implied_stature(poses.joints)) if poses and poses.frame.metric else None,
             "left_and_right": _evidence(self.chirality),
             "swaps": as_frames(source, self.swaps),
-            "keypoints": asdict(self.fit) if self.fit else None,
             "notices": [finding.as_dict() for finding in self.findings],
         }
 
@@ -118,26 +111,20 @@ def inspect(
     path: Path,
     adapter: str = "auto",
     options: dict[str, Any] | None = None,
-    *,
     person: str | None = None,
-    keypoints: Path | None = None,
-    video: Path | None = None,
 ) -> Inspection:
     """Read 3D poses or 2D keypoints as they are and look for what does not fit.
 
-    adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
-    recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
+    adapter, options: as for read_all. person: only this one, "longest" or "largest". Raises InputError when a file
+    cannot be read at all.
     """
-    recording = None if video is None else read_video(video, AS_IF_FPS)
-    read = load(path, adapter, None, options or {}, None if recording is None else shown_size(recording))
+    read = load(path, adapter, None, options or {})
     sources = read.people if person is None else (choose_person(read.people, person, str(path)),)
-    tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
     people = []
     for source in sources:
         findings = [*row_findings(source), *altered(source)[1]]
-        findings += _video_findings(_numbered(source, tracks, recording), recording)
-        poses, fit = None, None
-        if source.time_s is not None and recording is None:
+        poses = None
+        if source.time_s is not None:
             try:
                 check_times(source.time_s, str(path))
             except InputError as error:
@@ -153,10 +140,7 @@ def inspect(
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
         findings += swap_findings(looked_at, swaps)
-        if poses is not None and keypoints is not None:
-            fit = _fit(poses, tracks, None if recording is None else shown_size(recording))
-            findings += _fit_findings(fit, poses)
-        people.append(Person(source, poses, tuple(findings), fit, swaps))
+        people.append(Person(source, poses, tuple(findings), swaps))
     return Inspection(path, read.adapter, tuple(people))
 
 
@@ -173,46 +157,6 @@ def _up_findings(poses: PoseSequence, findings: list[Notice]) -> list[Notice]:
     some = poses.rows(first, min(first + _RECTIFIED, len(poses)))
     rectified = registry.load("stages", "rectify")()(Take("inspect", poses=some, findings=tuple(findings)))
     return [*grave(rectified.notices)]
-
-
-def _numbered(source: PoseSequence, tracks: tuple[PoseSequence, ...], video: Video | None) -> PoseSequence:
-    """With the numbers that a run would give it: those of the one track of as many rows, or of the video's times."""
-    if source.frames_known or source.frame.dims != 3:
-        return source
-    if not tracks:
-        return source if video is None else numbered_by_times(video, source)
-    fitting = [track for track in tracks if len(track) == len(source)]
-    return numbered_by(fitting[0], source, "") if len(fitting) == 1 else source
-
-
-def _video_findings(source: PoseSequence, video: Video | None) -> list[Notice]:
-    if video is None:
-        return []
-    frames, last = len(video.time_s), int(source.frame_index[-1])
-    if last >= frames:
-        return [notice("video-apart", last=last, ends=frames - 1)]
-    if not source.frames_known and len(source) != frames:
-        return [notice("video-unnumbered", rows_read=len(source), frames=frames)]
-    return []
-
-
-def _fit(poses: PoseSequence, tracks: tuple[PoseSequence, ...], size: tuple[int, int] | None) -> Fit | None:
-    """That of the track that fits best, at whichever shift; None where none can be compared."""
-    if poses.frame.family != "camera":
-        return None
-    alike = [track for track in tracks if not poses.frames_known and len(track) == len(poses)]
-    fits = [
-        together(numbered_by(track, poses, "") if track in alike else poses, track, size) for track in tracks
-    ]
-    return min((fit for fit in fits if fit), key=lambda fit: fit.best, default=None)
-
-
-def _fit_findings(fit: Fit | None, poses: PoseSequence) -> list[Notice]:
-    if fit is None:
-        why = "too few frames or joints in common" if poses.frame.family == "camera" else "no camera's axes"
-        return [notice("keypoints-not-compared", reason=why)]
-    doubt = fit.notice()
-    return [doubt] if doubt else []
 
 
 def _known(value: float) -> float | None:

@@ -14,7 +14,6 @@ from ..core.messages import how_many
 from ..core.pose import UNSAID, PoseSequence, Step, package_version
 from ..core.take import Check, Handedness, Video
 from ..files.atomic import printable
-from ..files.images import images_in
 from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
 from .bounds import check_times
@@ -185,16 +184,15 @@ def _people(adapter: Adapter, given: Any) -> tuple[PoseSequence, ...]:
     )
 
 
-def read_video(path: Path, fps: float | None = None) -> Video:
-    """The video's description. fps: of a folder of images. InputError when it cannot be opened."""
+def read_video(path: Path) -> Video:
+    """The video's description. InputError when it cannot be opened."""
     adapter = find_adapter(path, "video", "video")
-    if images_in(path):
-        return call(adapter.read, path, what="Adapter 'video'", options={"fps": fps})[0]
     if not recognises(adapter, path) and (why := exchanged(path, "video") or why_no_input(path, "video")):
         raise InputError("format-unknown", why)
     if path.is_dir():
         raise InputError(
             "cannot-open",
-            f"Expected a video file, or a folder of images, at {path}, found another folder there.",
+            f"Expected a video file at {path}, found a folder there; of images make a video first (ffmpeg -framerate "
+            "FPS -pattern_type glob -i 'FOLDER/*.png' video.mp4).",
         )
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]

@@ -103,7 +103,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
 
 
 def _read(options: RunOptions, given: Given = _NONE) -> Files:
-    video = read_video(options.video, options.fps) if options.video else None
+    video = read_video(options.video) if options.video else None
     if video is not None and options.image_size not in (None, size := shown_size(video)):
         width, height = options.image_size
         raise InputError(

@@ -54,8 +54,7 @@ def viewable(video: Video) -> Iterator[Part]:
     The viewer plays H.264, H.265, AV1, VP8 and VP9 and ignores the rotation that a phone notes in the file.
     InputError when the video cannot be read, also while the parts are.
     """
-    whole = video.part is None and not video.images
-    playable = whole and not video.rotation_deg and video.codec in _VIEWER_CODECS
+    playable = video.part is None and not video.rotation_deg and video.codec in _VIEWER_CODECS
     parts = _own_parts(video) if playable else None
     return transcoded(video) if parts is None else parts
 

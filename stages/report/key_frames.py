@@ -12,10 +12,9 @@ from ...models.common.motion import in_doubt
 from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.inspect.image import from_the_front
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
@@ -29,6 +28,8 @@ _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
 _QUALITY = 82  # of JPEG
 _WHITE = (255, 255, 255)
+# Right and up as one sees it, from the families' reference axes; in a world one looks north.
+_SEEN = {"camera": ((1, 0, 0), (0, -1, 0)), "world": ((0, -1, 0), (0, 0, 1))}
 
 
 def key_figures(take: Take) -> list[Markup]:
@@ -87,7 +88,8 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
         # Not from the pelvis, which may be missing: a drawing has its own middle.
-        source = from_the_front(poses.joints[row].astype(np.float64), poses.frame) * (1, -1)
+        R_seen_from_source = np.array(_SEEN[poses.frame.family]) @ poses.frame.basis.T
+        source = rotate(R_seen_from_source, poses.joints[row].astype(np.float64))
         looked_at = (
             "as the camera sees it" if poses.frame.family == "camera" else "as seen by one who looks north"
         )

@@ -292,10 +292,6 @@ CATALOGUE = (
         "ultralytics", "folder of `save_txt`",
         partial(_detections, "ultralytics_texts", COCO17), {"image_size": detections.IMAGE_SIZE},
     ),
-    Golden(
-        "video", "folder of numbered images",
-        lambda _, folder: films.images(folder / "walk", range(20)), {"fps": 25.0},
-    ),
     Golden("video", "`*.mp4`", lambda _, folder: films.film(folder / "walk.mp4", range(0, 800, 40))),
     Golden(
         "videopose2d", "`data_2d_custom_<name>.npz`",

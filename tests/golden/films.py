@@ -68,16 +68,6 @@ def film(
     )
 
 
-def images(folder: Path, numbers, size=(64, 48)) -> Path:
-    """A folder of PNG images of those numbers, each of one grey that is the number."""
-    import cv2
-
-    folder.mkdir(exist_ok=True)
-    for number in numbers:
-        cv2.imwrite(str(folder / f"walk_{number:04d}.png"), np.full((*size[::-1], 3), number, np.uint8))
-    return folder
-
-
 def pressing_ctrl_c(
     images: Callable[..., Iterator[tuple[int, np.ndarray]]], at: int
 ) -> Callable[..., Iterator]:

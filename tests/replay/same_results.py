@@ -117,7 +117,7 @@ imu/wrist: imu strapped/measured WRIST || compare strapped/measured WRIST
 imu/wrist_and_pelvis: imu strapped/lifted WRIST PELVIS || compare strapped/lifted WRIST PELVIS
 
 inspect/video: inspect DATA/video/walk_crop.mp4 --json
-inspect/motionbert: inspect MOTIONBERT/boxing_X3D.npy --json --keypoints MOTIONBERT/boxing_alphapose-results.json
+inspect/motionbert: inspect MOTIONBERT/boxing_X3D.npy --json
 inspect/broken: inspect MOTIONBERT/broken_X3D.npy --json
 inspect/mhformer: inspect MHFORMER/output_3D/output_keypoints_3d.npz --json
 inspect/sam3dbody: inspect DATA/native/sam3dbody --json

@@ -128,9 +128,7 @@ def test_a_cut_image_gets_one_sentence(shown, tmp_path):
 
 def test_what_is_for_poses_is_refused_for_an_image(shown, tmp_path):
     cv2.imwrite(str(tmp_path / "one.png"), shown.image)
-    said = pcnet3d("inspect", tmp_path / "one.png", "--plot", tmp_path / "plot.png")
-    commands.refused(said, "--plot")
-    assert not (tmp_path / "plot.png").exists()
+    commands.refused(pcnet3d("inspect", tmp_path / "one.png", "--person", "1"), "--person")
 
 
 CALIBRATION = """

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from golden.films import film_of, images
+from golden.films import film_of
 from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.files.video_frames import _Film, images_at, images_from
+from pcnet3d.pipeline.files.video_frames import _Film, images_at
 from pcnet3d.pipeline.inspect.video import inspect_video
 from pcnet3d.pipeline.reading.load import read_video
 from refusals import refused
@@ -173,36 +173,9 @@ def test_sound_alone(tmp_path):
         video.read(path)
 
 
-def test_a_folder_of_images_is_a_video_at_the_rate_that_is_told(tmp_path):
-    """Of every second image one is lost; other files beside do not matter to who names the folder."""
-    folder = images(tmp_path / "walk", [10, 12, 14, 18])
-    clip = read_video(folder, 25.0)
-    np.testing.assert_allclose(clip.time_s, [0, 0.04, 0.08, 0.16])
-    assert (clip.width, clip.height, clip.codec) == (64, 48, "images")
-    assert [(number, image[0, 0, 0]) for number, image in images_from(clip, 1)] == [(1, 12), (2, 14), (3, 18)]
-    assert images_at(clip, [3])[3][0, 0, 0] == 18
-    assert inspect_video(folder).figures()["fps"] is None
-    assert video.sniff(folder)
-    (folder / "walk_0010.json").write_text("{}", encoding="utf-8")
-    assert not video.sniff(folder)
-    assert len(read_video(folder, 25.0).time_s) == 4
-
-
-def test_images_that_are_no_video_are_refused(tmp_path):
-    folder = images(tmp_path / "walk", range(3))
-    with refused("needs-rate"):
-        read_video(folder)
-    with refused("bad-value"):
-        read_video(folder, 0.0)
-    images(folder, [3], size=(32, 48))
-    with refused("files-apart"):
-        list(images_from(read_video(folder, 25.0)))
-    (folder / "other_0002.png").write_bytes((folder / "walk_0002.png").read_bytes())
-    with refused("files-apart"):
-        read_video(folder, 25.0)
-    (folder / "other_0002.png").rename(folder / "face.png")
-    with refused("wrong-content"):
-        read_video(folder, 25.0)
+def test_of_a_folder_of_images_a_video_is_to_be_made(tmp_path):
+    with refused("cannot-open", "ffmpeg -framerate"):
+        read_video(tmp_path)
 
 
 @pytest.mark.parametrize("options", [{}, {"x264-params": "tff=1"}])

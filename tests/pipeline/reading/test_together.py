@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
+from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
@@ -77,3 +78,12 @@ def test_what_is_missing_is_no_fault():
         assert together(poses(BODY[:10]), keypoints(PIXELS[:10]), SIZE) is None
         apart = np.arange(1000, 1000 + len(PIXELS))
         assert together(poses(), keypoints(rows=apart), SIZE) is None
+
+
+@pytest.mark.data("native")
+def test_a_real_lift_belongs_to_the_keypoints_that_it_was_lifted_from(data):
+    folder = data / "native" / "motionbert"
+    track = read(folder / "boxing_alphapose-results.json")
+    lifted = read(folder / "boxing_X3D.npy").with_(frame_index=track.frame_index, frames_known=True)
+    fit = together(lifted, track, None)
+    assert (fit.lag, fit.off < 0.05) == (0, True)
