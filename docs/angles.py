@@ -102,7 +102,9 @@ def panel(name: str, value: float, tip: str, view: str, pose: Pose) -> np.ndarra
         places = at(body(pose(degrees)))
         for parent, child in H36M17.bones:
             ends = [tuple(map(int, places[H36M17.index(joint)])) for joint in (parent, child)]
-            cv2.line(image, *ends, side_colour(parent, child)[::-1] if coloured else GREY, 3, cv2.LINE_AA)
+            red, green, blue = side_colour(parent, child)
+            colour = (blue, green, red) if coloured else GREY
+            cv2.line(image, *ends, colour, 3, cv2.LINE_AA)
     path = at(np.array([body(pose(d))[H36M17.index(tip)] for d in np.linspace(0, value, 40)]))
     cv2.polylines(image, [path], False, RED, 2, cv2.LINE_AA)
     cv2.arrowedLine(

@@ -44,7 +44,9 @@ def cell(picture: np.ndarray, label: str) -> np.ndarray:
     for bone in H36M17.bones:
         ends = at[H36M17.indices(bone)].round()
         if np.isfinite(ends).all():
-            cv2.line(image, *ends.astype(int).tolist(), side_colour(*bone)[::-1], 3, cv2.LINE_AA)
+            red, green, blue = side_colour(*bone)
+            start, end = ends.astype(int).tolist()
+            cv2.line(image, start, end, (blue, green, red), 3, cv2.LINE_AA)
     cv2.putText(image, label, (6, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (60, 60, 60), 1, cv2.LINE_AA)
     return image
 
