@@ -101,10 +101,10 @@ def panel(name: str, value: float, tip: str, view: str, pose: Pose) -> np.ndarra
     for degrees, coloured in ((0.0, False), (value, True)):
         places = at(body(pose(degrees)))
         for parent, child in H36M17.bones:
-            ends = [tuple(map(int, places[H36M17.index(joint)])) for joint in (parent, child)]
+            start, end = (tuple(map(int, places[H36M17.index(joint)])) for joint in (parent, child))
             red, green, blue = side_colour(parent, child)
             colour = (blue, green, red) if coloured else GREY
-            cv2.line(image, *ends, colour, 3, cv2.LINE_AA)
+            cv2.line(image, start, end, colour, 3, cv2.LINE_AA)
     path = at(np.array([body(pose(d))[H36M17.index(tip)] for d in np.linspace(0, value, 40)]))
     cv2.polylines(image, [path], False, RED, 2, cv2.LINE_AA)
     cv2.arrowedLine(
