@@ -39,13 +39,11 @@ class Lift:
     """The stage. A lifter with "up" among its `takes` lifts a second time, if the images or the user say which way is
     up and the first lift does not contradict that.
 
-    lifter: "pcnet3d" (built in), the name of another, an .onnx file, or a function (models.lifter.function).
-    lifter_kind: the kind of that file, if its shapes do not show it (models.load_lifter). unit: of what a function
-    answers. flip: average with the lift of the mirrored person.
+    lifter: "pcnet3d" (built in), the name of another, an .onnx file of one that was trained here, or a function
+    (models.lifter.function). unit: of what a function answers. flip: average with the lift of the mirrored person.
     """
 
     lifter: str | Callable[..., Any] = "pcnet3d"
-    lifter_kind: str | None = None
     unit: str | None = None
     flip: bool = False
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -59,7 +57,7 @@ class Lift:
 
     def __post_init__(self) -> None:
         """Opens the lifter, so that a run ends before its detector has looked at the whole video in vain."""
-        object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind, self.unit))
+        object.__setattr__(self, "_opened", load_lifter(self.lifter, self.unit))
 
     def unit_of(self, before: str, told: Told) -> str:
         """The lifter's unit, if it is known before the lift."""
@@ -194,11 +192,7 @@ def _focal(lifted: Lifted) -> list[Notice]:
         ]
     if focal_px is None or is_known:
         return []
-    if lifted.bearing_deg is None:
-        return [notice("focal-guessed", focal_px=focal_px, costs="place and speed are less sure")]
-    least, most = lifted.bearing_deg
-    costs = f"the heading is off by {least:.0f} to {most:.0f} degrees, because the lifter sees the person in a crop"
-    return [notice("focal-guessed", focal_px=focal_px, costs=costs)]
+    return [notice("focal-guessed", focal_px=focal_px)]
 
 
 def _gaps(lifted: Lifted) -> list[Notice]:

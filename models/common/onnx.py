@@ -35,12 +35,6 @@ class OnnxFile:
     def outputs(self) -> dict[str, tuple[int | None, ...]]:
         return _shapes(self.session.get_outputs())
 
-    @property
-    def only_input(self) -> tuple[int | None, ...]:
-        """Its input's shape; empty when it has several."""
-        shapes = tuple(self.inputs.values())
-        return shapes[0] if len(shapes) == 1 else ()
-
     @cached_property
     def input_dtype(self) -> np.dtype:
         """Of the first input; InputError for one that holds no numbers."""

@@ -1,4 +1,4 @@
-"""Lifters: the built-in one, and other people's networks in ONNX files."""
+"""Lifters: the built-in one, and functions in its place."""
 
 from pathlib import Path
 

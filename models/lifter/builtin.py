@@ -184,7 +184,8 @@ def _open(model: str, where: Placement) -> Network:
     if not {"reach", "trained_on"} <= stated.keys():
         raise InputError(
             "wrong-network",
-            f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects.",
+            f"Expected a lifter that was trained with pcnet3d, got {opened.path}; lift with that network's own program "
+            "and give its poses with --poses, or give a function in Python (docs/python.md).",
         )
     return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"])
 

@@ -70,13 +70,6 @@ def features(
     return library.asarray(library.concatenate(parts, -1), dtype=library.float32), R_camera_from_ray
 
 
-def body_centre(points: Array) -> Array:
-    """(..., T, 2) middle of the body of H36M17 points (..., T, 17, 2); frames without any take a neighbour's."""
-    library: Any = library_of(points)
-    present = library.isfinite(points).all(-1)
-    return _filled(_centre(library.where(present[..., None], points, 0.0), present), present.any(-1))
-
-
 def body_rays(joints_camera: Array, up: Array | None = None) -> Array:
     """R_camera_from_ray (..., 3, 3) of exact joints (..., 17, 3) with the origin at the camera; up: as `ray_rotation`
     takes it."""

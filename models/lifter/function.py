@@ -13,9 +13,9 @@ from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.reading.given import numbers
+from ...pipeline.signals.filters import on_lines
 from ..common.function import FunctionError, name_of
 from .keypoints import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
-from .scaling import filled
 
 
 class FunctionLifter:
@@ -80,3 +80,15 @@ class FunctionLifter:
         if np.isnan(joints).all():
             raise refusal("every coordinate is NaN.")
         return joints.astype(np.float64)
+
+
+def filled(pixels: np.ndarray) -> np.ndarray:
+    """Pixels (T, J, 2) with missing joints on a line from when they were last seen to when they are seen again.
+
+    A joint that is never seen lies in the middle of the others.
+    """
+    out = pixels.astype(np.float64)
+    frame = np.arange(len(out))
+    for values in np.moveaxis(out.reshape(len(out), -1), -1, 0):  # a view: one coordinate of one joint
+        values[:] = on_lines(values, frame)
+    return np.where(np.isnan(out), np.nanmean(out, axis=1, keepdims=True), out)

@@ -14,8 +14,6 @@ from .layouts import H36M17
 from .pose import MadeBy, PoseSequence
 from .take import Video
 
-_ROUNDED = ("focal_px", "bearing_deg")  # to a tenth, for readers
-
 
 @dataclass(frozen=True, eq=False)
 class ToLift:
@@ -55,9 +53,6 @@ class Lifted:
     model: how results name the lifter, "name@<hash>". kind: of network, in a word.
     focal_px: the focal length in pixels that the poses rest on, given or assumed by the lifter; None if they rest on
         none. focal_known: ToLift.focal_known.
-    bearing_deg: for a lifter that sees a crop and answers along the ray to the person: the smallest and the largest
-        angle of that ray to the right. With a known focal length the poses are turned by it, else the
-        heading is off by it. None for others.
     flip: whether the mirrored lift was averaged. up_known: whether the poses rest on the given up; None for a lifter
         that takes none.
     frames_without_joints: too far from any keypoint to be lifted. joints_on_a_line: missing keypoints, put on a line
@@ -71,7 +66,6 @@ class Lifted:
     kind: str
     focal_px: float | None
     focal_known: bool
-    bearing_deg: tuple[float, float] | None = None
     flip: bool = False
     up_known: bool | None = None
     frames_without_joints: int | None = None
@@ -95,6 +89,7 @@ class Lifted:
     def noted(self) -> PoseSequence:
         """The poses, by this lifter, whose history ends with the step "lift" and all of this, for readers."""
         values: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
-        values |= {name: np.round(values[name], 1).tolist() for name in _ROUNDED if values[name] is not None}
+        if self.focal_px is not None:
+            values["focal_px"] = round(float(self.focal_px), 1)
         poses = self.poses.with_(made_by=MadeBy("estimated", self.model))
         return poses.noted("lift", **{name: value for name, value in values.items() if value is not None})

@@ -141,8 +141,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "From {when} poses and keypoints disagree on which of the {limbs} is the right one; one of the two is wrong."),
     # Lifting
     "focal-guessed": ("note", "camera",
-        "The focal length was assumed to be {focal_px:.0f} pixels, and the video to be uncropped: {costs}. Give "
-        "--focal PIXELS."),
+        "The focal length was assumed to be {focal_px:.0f} pixels, and the video to be uncropped: place and "
+        "speed are less sure. Give --focal PIXELS."),
     "frames-without-joints": ("warning", "",
         "{frames:~frame was/frames were} not lifted, because {reason}."),
     # Cleaning, scaling, placing

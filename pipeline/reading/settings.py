@@ -165,7 +165,8 @@ class RunOptions(BaseModel):
     lifter: Annotated[
         str | None,
         _option(
-            _INPUT, "Lifter to use without --poses: a name from `pcnet3d list models`, or an .onnx file."
+            _INPUT,
+            "Lifter to use without --poses: a name from `pcnet3d list models`, or an .onnx file of `lab train`.",
         ),
         Sets("lift.lifter"),
     ] = None

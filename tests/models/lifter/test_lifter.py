@@ -1,9 +1,12 @@
 """The lifter's run time: what goes in, what comes out, and what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models import rectifier
 from pcnet3d.models.lifter.builtin import lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS, HALF_WINDOW, features, flipped, ray_rotation
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence
@@ -11,6 +14,7 @@ from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, unit
 
 SIZE = (1920, 1080)
+RECTIFIER = Path(rectifier.__file__).with_name("pcnet.onnx")
 FLAT = {
     "pelvis": (0, 0), "r_hip": (-30, 0), "r_knee": (-35, 120), "r_ankle": (-40, 240),
     "l_hip": (30, 0), "l_knee": (35, 120), "l_ankle": (40, 240), "spine": (0, -65), "thorax": (0, -135),
@@ -210,6 +214,12 @@ def test_bad_input_is_refused_in_words():
         ),
         (lambda: poses(person()), SIZE, {"model": "nowhere.onnx"}, "No such file"),
         (lambda: poses(person()), SIZE, {"model": __file__}, r"Expected a lifter in an \.onnx file"),
+        (
+            lambda: poses(person()),
+            SIZE,
+            {"model": RECTIFIER},
+            r"trained with pcnet3d, got .*pcnet\.onnx; .*--poses",
+        ),
     ]:
         with pytest.raises(InputError, match=words):
             lift(keypoints(), size, **options)
