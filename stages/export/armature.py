@@ -66,19 +66,17 @@ class Armature:
 
     skeleton: the T-pose; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint: (N, J, 3, 3). root: (N, 3) the
     pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. rest_root: (3,) the pelvis of the
-    T-pose that stands on y = 0; without a path that of all frames. moved: (3,) the origin, from the one that TRC and
-    C3D count from. known: (N, J) True where a joint's rotation rests on that frame's joints; where it
-    does not, it is the last one before, or the first of all. axial_known: (N, J) the same of its turn about its bone's
-    own length. place_known: (N,) the same of the root. moves: whether the take knows the pelvis path at all.
-    time_s: (N,) seconds of the take, evenly spaced at fps; frames without a pose at both ends are left out. bones: the
-    joints' names in files.
+    T-pose that stands on y = 0; without a path that of all frames. known: (N, J) True where a joint's rotation rests on
+    that frame's joints; where it does not, it is the last one before, or the first of all. axial_known: (N, J) the same
+    of its turn about its bone's own length. place_known: (N,) the same of the root. moves: whether the take knows the
+    pelvis path at all. time_s: (N,) seconds of the take, evenly spaced at fps; frames without a pose at both ends are
+    left out. bones: the joints' names in files.
     """
 
     skeleton: Skeleton
     R_parent_from_joint: np.ndarray
     root: np.ndarray
     rest_root: np.ndarray
-    moved: np.ndarray
     known: np.ndarray
     axial_known: np.ndarray
     place_known: np.ndarray
@@ -166,7 +164,6 @@ def armature(take: Take, called: BoneNames = "joints") -> Armature:
         local,
         place - moved,
         rest_root,
-        moved,
         known,
         _axial_known(at, names)[kept],
         place_known,

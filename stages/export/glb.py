@@ -1,5 +1,5 @@
-"""skeleton.glb: the joints as an animated armature with a skin in glTF 2.0's binary form, which animation programs,
-game engines and viewers open.
+"""skeleton.glb: the joints as an animated armature with a skin of plain bones in glTF 2.0's binary form, which
+animation programs, game engines and viewers open.
 
 Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022): y up, z front, metres, quaternions as x, y, z, w.
 """
@@ -20,29 +20,32 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.filters import stretches
-from ..drawing.bodies import FACES, normals, surface
-from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
 from .armature import ANIMATION, Armature, BoneNames, armature
 from .provenance import provenance
 
 _TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 _VERTICES, _INDICES = 34962, 34963  # what the bytes are for
-_MATERIALS = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
 _SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
+# Of a bone's surface in its length: along it, and to two sides; triangles are counter-clockwise from outside.
+_CORNERS = np.array(
+    [(0, 0, 0), (0.15, 0.07, 0), (0.15, 0, 0.07), (0.15, -0.07, 0), (0.15, 0, -0.07), (1, 0, 0)]
+)
+_FACES = np.array(
+    [(0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 1, 4), (5, 1, 2), (5, 2, 3), (5, 3, 4), (5, 4, 1)], np.uint16
+)
 
 
 def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Notice, ...]:
     """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
     animation turns them, and moves the pelvis where its path is known, in the take's unit of length from 0 s on. One
     mesh with the bones' surfaces is its skin.
-    asset.extras holds the provenance, the axes, the unit, the second of the take at which the file begins, where its
-    origin is, in how many frames of which joint what was last known is held, and in which frames, from the first to
-    before the last number, the turn of a joint's bone about its own length is guessed. names: of joints or of Mixamo's
-    bones.
+    asset.extras holds the provenance, and in which frames, from the first to before the last number, the turn of a
+    joint's bone about its own length is guessed. names: of joints or of Mixamo's bones.
 
     Returns notes on what was held, left out and guessed. Raises as `armature` does.
     """
     animated = armature(take, names)
+    frame = ANIMATION.with_(origin="below the first pelvis, where the feet are lowest", unit=animated.unit)
     arrays, skeleton = _Arrays(), animated.skeleton
     armature_node, body_node = len(skeleton.names), len(skeleton.names) + 1
     R_scene_from_rest = _rest_axes(skeleton)
@@ -50,7 +53,7 @@ def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Noti
         "asset": {
             "version": "2.0",
             "generator": f"pcnet3d {package_version()}",
-            "extras": _extras(take, animated),
+            "extras": {"provenance": provenance(take, frame), "axial_guessed_frames": _guessed(animated)},
         },
         "scene": 0,
         "scenes": [{"name": take.name, "nodes": [armature_node, body_node]}],
@@ -165,43 +168,48 @@ def _inverse_binds(rest: np.ndarray, R_scene_from_rest: np.ndarray) -> np.ndarra
     return columns
 
 
+def _guessed(animated: Armature) -> dict[str, list[list[int]]]:
+    """By bone the spans of frames in which its turn about its own length is guessed."""
+    return {
+        bone: stretches(~known).tolist()
+        for bone, known in zip(animated.bones, animated.axial_known.T, strict=True)
+        if not known.all()
+    }
+
+
 def _mesh(animated: Armature, arrays: _Arrays) -> dict[str, Any]:
-    """The skin: the surfaces of all bones that have a length, a part for each side, each bone's turned by the joint
-    where it begins."""
+    """The skin: the surfaces of all bones that have a length, each turned by the joint where it begins. Without normals
+    programs draw their faces flat."""
     skeleton = animated.skeleton
     rest = skeleton.rest + animated.rest_root
     long = np.linalg.norm(skeleton.offsets, axis=1) > _SHORTEST
-    bones = [joint for joint, parent in enumerate(skeleton.parents) if parent >= 0 and long[joint]]
-    parts = []
-    for number, side in enumerate(_MATERIALS):
-        joints = [joint for joint in bones if _side(skeleton.names[joint]) == side]
-        surfaces = [surface(unit(skeleton.offsets[joint])) for joint in joints]
-        if not joints:
-            continue
-        starts = np.repeat([skeleton.parents[joint] for joint in joints], len(surfaces[0]))
-        ends = np.repeat(joints, len(surfaces[0]))
-        lengths = np.linalg.norm(skeleton.offsets[ends], axis=1, keepdims=True)
-        points = (rest[starts] + lengths * np.concatenate(surfaces)).astype(np.float32)
-        faces = np.concatenate([FACES + i * len(surfaces[0]) for i in range(len(joints))])
-        turned_by = np.zeros((len(points), 4), np.uint8)
-        turned_by[:, 0] = starts
-        part: dict[str, Any] = {
-            "attributes": {
-                "POSITION": arrays.add(points, _VERTICES),
-                "NORMAL": arrays.add(np.concatenate([normals(each) for each in surfaces]), _VERTICES),
-                "JOINTS_0": arrays.add(turned_by, _VERTICES),
-                "WEIGHTS_0": arrays.add(np.tile(np.eye(1, 4, dtype=np.float32), (len(points), 1)), _VERTICES),
-            },
-            "indices": arrays.add(faces.ravel().astype(np.uint16), _INDICES),
-            "material": number,
-        }
-        parts.append(part)
-    mesh = {"name": "body", "primitives": parts}
-    return {"meshes": [mesh], "materials": [_material(name, colour) for name, colour in _MATERIALS.items()]}
+    ends = [joint for joint, parent in enumerate(skeleton.parents) if parent >= 0 and long[joint]]
+    starts = [skeleton.parents[joint] for joint in ends]
+    surfaces = [
+        rest[start] + _surface(skeleton.offsets[end]) for start, end in zip(starts, ends, strict=True)
+    ]
+    points = np.concatenate(surfaces).astype(np.float32)
+    turned_by = np.zeros((len(points), 4), np.uint8)
+    turned_by[:, 0] = np.repeat(starts, len(_CORNERS))
+    faces = np.concatenate([_FACES + np.uint16(i * len(_CORNERS)) for i in range(len(ends))])
+    primitive = {
+        "attributes": {
+            "POSITION": arrays.add(points, _VERTICES),
+            "JOINTS_0": arrays.add(turned_by, _VERTICES),
+            "WEIGHTS_0": arrays.add(np.tile(np.eye(1, 4, dtype=np.float32), (len(points), 1)), _VERTICES),
+        },
+        "indices": arrays.add(faces.ravel(), _INDICES),
+        "material": 0,
+    }
+    material = {"name": "bone", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
+    return {"meshes": [{"name": "body", "primitives": [primitive]}], "materials": [material]}
 
 
-def _side(joint: str) -> str:
-    return {"l": "left", "r": "right"}.get(joint.partition("_")[0], "middle")
+def _surface(bone: np.ndarray) -> np.ndarray:
+    """(V, 3) the corners of a bone's surface from 0 to `bone` (3,)."""
+    along = unit(bone)
+    across = unit(np.cross(along, np.eye(3)[np.abs(along).argmin()]))
+    return np.linalg.norm(bone) * _CORNERS @ np.stack([along, across, np.cross(along, across)])
 
 
 def _animation(animated: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:
@@ -234,29 +242,3 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
     """Quaternions (N, 4) of the same rotations, each on the same side as the one before."""
     flips = np.cumprod(np.where((turns[1:] * turns[:-1]).sum(axis=1) < 0, np.float32(-1), np.float32(1)))
     return np.concatenate([turns[:1], turns[1:] * flips[:, None]])
-
-
-def _extras(take: Take, animated: Armature) -> dict[str, Any]:
-    frame = ANIMATION.with_(origin="below the first pelvis, where the feet are lowest", unit=animated.unit)
-    return {
-        "provenance": provenance(take, frame),
-        "axes": ", ".join(f"{axis} {word}" for axis, word in zip("xyz", ANIMATION.axes, strict=True)),
-        "length_unit": animated.unit,
-        "begins_s": float(animated.time_s[0]),
-        "fps": animated.fps,
-        "origin": animated.moved.tolist(),
-        "frames": len(animated.root),
-        "held_frames": animated.held,
-        "axial_guessed_frames": {
-            bone: stretches(~known).tolist()
-            for bone, known in zip(animated.bones, animated.axial_known.T, strict=True)
-            if not known.all()
-        },
-    }
-
-
-def _material(name: str, colour: Colour) -> dict[str, Any]:
-    part = np.array(colour) / 255
-    linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
-    surface = {"baseColorFactor": [*linear.tolist(), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
-    return {"name": name, "pbrMetallicRoughness": surface}

@@ -1,4 +1,4 @@
-"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each."""
+"""measures.csv: the take's figures as one tidy table, a row for each."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from ...pipeline.core.errors import InputError
 from ...pipeline.core.figures import UNITS
 from ...pipeline.core.measures import Measure, Measures, Moments, Remark
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import whole_file, write_rows
-from .provenance import provenance
+from ...pipeline.files.atomic import write_rows
 
 
 class Row(NamedTuple):
@@ -36,23 +34,6 @@ def write_measures(take: Take, path: Path) -> None:
     """measures.csv: a line with the names of Row's fields, then a line a figure. A take without measures
     has none but the first line."""
     write_rows(path, Row._fields, rows(take))
-
-
-def write_measures_parquet(take: Take, path: Path) -> None:
-    """measures.parquet: the same columns, missing is null; the schema's metadata are the provenance. InputError for a
-    take without measures."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    if take.measures is None:
-        raise InputError(
-            "needs-stage", "A table of measures needs them; put the stage 'measures' before 'export'."
-        )
-    kinds = dict.fromkeys(Row._fields, pa.float64()) | {"item": pa.int32()}
-    kinds |= dict.fromkeys(("measure", "side", "unit", "text"), pa.string())
-    table = pa.Table.from_pylist([row._asdict() for row in rows(take)], pa.schema(kinds, provenance(take)))
-    with whole_file(path) as partial, open(partial, "wb") as file:
-        pq.write_table(table, file)
 
 
 def rows(take: Take) -> Iterator[Row]:

@@ -11,7 +11,6 @@ from .annotated import check_h264, write_annotated
 from .bvh import write_bvh
 from .c3d import write_c3d
 from .glb import write_glb
-from .measures import write_measures_parquet
 from .netcdf import write_netcdf
 from .opensim import write_mot, write_trc
 from .tables import write_csv
@@ -46,4 +45,3 @@ MP4 = _Format(
     check_h264,
     images=True,
 )
-MEASURES = _Format("measures.parquet", "the rows of measures.csv as Parquet", write_measures_parquet)

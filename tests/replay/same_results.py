@@ -48,7 +48,7 @@ from scipy.spatial.transform import Rotation
 KEPT = {
     "poses.npz", "keypoints.npz", "testbed.npz", "kinematics.parquet", "study.parquet", "summary.json", "compare.json",
     "imu.json", "batch.json", "measures.csv", "strides.csv", "changes.csv", "repeatability.csv",
-    "kinematics.csv", "markers.trc", "angles.mot", "skeleton.bvh", "markers.c3d", "skeleton.glb", "measures.parquet",
+    "kinematics.csv", "markers.trc", "angles.mot", "skeleton.bvh", "markers.c3d", "skeleton.glb",
     "poses.nc",
 }  # fmt: skip
 # Last words of keys that differ from one time to the next with the same version, and why.

@@ -258,7 +258,7 @@ def test_pandas_gets_what_the_table_has(take, tmp_path):
     pandas.testing.assert_frame_equal(take.to_pandas(), written, check_dtype=False)
 
 
-@pytest.mark.parametrize("writer", ["csv", "c3d", "measures", "netcdf", "bvh", "glb"])
+@pytest.mark.parametrize("writer", ["csv", "c3d", "netcdf", "bvh", "glb"])
 def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
     """Linux and others know names that are bytes of any kind: an old archive's M\xfcller."""
     if writer == "c3d":

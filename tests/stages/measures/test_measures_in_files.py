@@ -6,19 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyarrow import parquet
 
 from golden.measures import rows_of
 from pcnet3d.models.gait.events import Stride
 from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, Take
 from pcnet3d.pipeline.core.measures import Measure, Measures, nested, with_bar, withheld
 from pcnet3d.pipeline.files.measures import read_measures
-from pcnet3d.stages.export.measures import (
-    Row,
-    rows,
-    write_measures,
-    write_measures_parquet,
-)
+from pcnet3d.stages.export.measures import Row, rows, write_measures
 from pcnet3d.stages.export.strides import stride_tables, write_strides
 from pcnet3d.stages.measures.walking import peaks
 from refusals import refused
@@ -130,16 +124,6 @@ def test_a_row_has_the_error_the_side_the_unit_and_the_times_of_its_figure():
     assert found[9].text == "True"
     assert found[9].value is None
     assert found[10] == Row("walking.left.mean_step_length", "left", None, 0.6, None, "m", None, None, None)
-
-
-def test_the_parquet_table_is_the_same(take, tmp_path):
-    write_measures_parquet(take, tmp_path / "measures.parquet")
-    table = parquet.read_table(tmp_path / "measures.parquet")
-    assert [Row(**row) for row in table.to_pylist()] == list(rows(take))
-    assert table.schema.metadata[b"take"] == b"walker"
-    assert str(table.schema.field("value").type) == "double"
-    with refused("needs-stage"):
-        write_measures_parquet(take.with_(measures=None), tmp_path / "none.parquet")
 
 
 def test_files_have_figures_in_full_and_pages_end_them_at_their_error(take):
