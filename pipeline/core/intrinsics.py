@@ -1,4 +1,10 @@
-"""A camera's intrinsics, and points and images as an ideal pinhole camera in its place would have seen them.
+"""A calibrated camera: its file, its intrinsics, and points and images as an ideal pinhole camera in its place would
+have seen them.
+
+Files are told by content: YAML or JSON of OpenCV and of scripts that follow its tutorials, camera_info of ROS in YAML,
+TOML with a section for each camera (Pose2Sim, Caliscope, FreeMoCap, Anipose). Only what is within a camera is read:
+Pose2Sim's and Caliscope's files know its orientation as well, but in the axes of whatever lay in the scene, a board or
+a set of points. A wrong vertical that a file vouches for would be worse than none, so gravity is never taken from it.
 
 Pixels are OpenCV's: x right, y down, the centre of the upper left pixel at (0, 0). The distortion models are OpenCV's
 as well: polynomial (Brown-Conrady, rational, thin prism) and fisheye (Kannala-Brandt).
@@ -6,15 +12,51 @@ as well: polynomial (Brown-Conrady, rational, thin prism) and fisheye (Kannala-B
 
 from __future__ import annotations
 
+import json
+import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, naming, readable
+from .messages import how_many
 
+_LARGEST = 1 << 20  # bytes of a file; a camera takes some hundred
+_FORMATS = (
+    "a camera's calibration: OpenCV's YAML or JSON, ROS's camera_info, or Pose2Sim's or Caliscope's .toml; of other "
+    "programs write one with K, dist and image_size"
+)
+# Names of entries, in lower case and without underscores, of which one is used.
+_ENTRIES = {
+    "matrix": ("cameramatrix", "intrinsicmatrix", "matrix", "k", "mtx"),
+    "distortion": (
+        "distortioncoefficients",
+        "distcoeffs",
+        "distcoeff",
+        "distortions",
+        "distortion",
+        "d",
+        "dist",
+    ),
+    "size": ("imagesize", "size", "resolution"),
+    "width": ("imagewidth", "width"),
+    "height": ("imageheight", "height"),
+    "fisheye": ("fisheye", "fisheyemodel"),
+    "model": ("distortionmodel",),
+    "name": ("name", "cameraname"),
+}
+_MODELS = {  # of ROS and others: whether each is a fisheye's
+    "plumb_bob": False, "rational_polynomial": False, "radtan": False, "opencv": False, "none": False, "": False,
+    "equidistant": True, "fisheye": True, "kannala_brandt": True,
+}  # fmt: skip
+_SKEW = 0.01  # of the focal length; what calibrations that fit it find, and OpenCV's models leave out
 _COUNTS = (0, 4, 5, 8, 12)  # of OpenCV's polynomial coefficients; its 14 are of a tilted sensor
+_FISHEYE_COUNTS = (0, 4)
 _FOCAL = (0.2, 20.0)  # focal length over the longer side of the image: fisheye lenses to telephoto lenses
 _PIXEL_ASPECT = 2.0  # the most that one focal length may be over the other: anamorphic video has 1.46
 # Of a side, from the image's middle: lenses stay within some per cent, 4:3 in 16:9 is 0.125 off.
@@ -45,32 +87,22 @@ class Intrinsics:
     source: str = ""
 
     def __post_init__(self) -> None:
-        (fx, fy), (cx, cy), count = self.focal_px, self.principal_point_px, len(self.distortion)
-        if not np.isfinite([fx, fy, cx, cy, *self.distortion]).all():
+        (fx, fy), (cx, cy) = self.focal_px, self.principal_point_px
+        counts = _FISHEYE_COUNTS if self.fisheye else _COUNTS
+        if len(self.distortion) not in counts:
             raise self._refused(
-                "finite numbers", f"{(fx, fy)}, {(cx, cy)} and distortion coefficients {self.distortion}"
+                f"{', '.join(map(str, counts))} coefficients of distortion", f"{len(self.distortion)}"
             )
-        counts = (0, 4) if self.fisheye else _COUNTS
-        if count not in counts:
-            kind = "fisheye" if self.fisheye else "distortion"
-            raise self._refused(f"{', '.join(map(str, counts))} {kind} coefficients", f"{count}")
-        if self.image_size is not None and min(self.image_size) < 1:
-            raise self._refused("an image of at least one pixel", f"{self.image_size}")
         width, height = self.image_size or (2 * cx, 2 * cy)
         if not (0 < cx < width and 0 < cy < height):
-            inside = (
-                f"inside the image of {width} x {height} pixels"
-                if self.image_size
-                else "in the image's middle"
-            )
-            raise self._refused(f"a principal point {inside}", f"({cx:g}, {cy:g})")
-        side = max(width, height)
-        if not (_FOCAL[0] * side < min(fx, fy) and max(fx, fy) < _FOCAL[1] * side):
             raise self._refused(
-                f"focal lengths in pixels, near the image's longer side of {side:g}", f"{fx:g} and {fy:g}"
+                f"a principal point inside an image of {width:g} x {height:g} pixels", f"({cx:g}, {cy:g})"
             )
-        if max(fx, fy) > _PIXEL_ASPECT * min(fx, fy):
-            raise self._refused("nearly equal focal lengths in pixels", f"{fx:g} and {fy:g}")
+        least, most = (share * max(width, height) for share in _FOCAL)
+        if not (least < min(fx, fy) and max(fx, fy) < min(most, _PIXEL_ASPECT * min(fx, fy))):
+            raise self._refused(
+                f"nearly equal focal lengths of {least:g} to {most:g} pixels", f"{fx:g} and {fy:g}"
+            )
 
     @property
     def matrix(self) -> np.ndarray:
@@ -100,18 +132,12 @@ class Intrinsics:
             return replace(self, image_size=image_size)
         if self.image_size == image_size:
             return self
-        old = self.image_size
-        sx, sy = width / old[0], height / old[1]
+        sx, sy = width / self.image_size[0], height / self.image_size[1]
         if abs(sx / sy - 1) > _SAME_ASPECT:
-            turned = abs(width / old[1] * old[0] / height - 1) <= _SAME_ASPECT
             raise self._refused(
                 like,
-                f"one of {old[0]} x {old[1]}; "
-                + (
-                    "the video was turned: turn the images of the calibration in the same way and repeat it"
-                    if turned
-                    else "calibrate with the camera's settings of this video"
-                ),
+                f"one of {self.image_size[0]} x {self.image_size[1]}; calibrate with the camera's settings of this "
+                "video, and turn the calibration's images as the video was turned",
             )
         # The image's border, not its first pixel's centre, stays where it is.
         centre = ((cx + 0.5) * sx - 0.5, (cy + 0.5) * sy - 0.5)
@@ -129,15 +155,10 @@ def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
 
     That camera has one focal length, `intrinsics.pinhole_focal_px`, and its principal point at (width / 2, height / 2):
     what a lifter assumes. Its image is of the same size, and points of the filmed image's border may lie outside of it.
-    Missing points stay NaN, and points that the lens cannot have drawn there, such as those beyond the
-    range in which a polynomial rises or 90 degrees off a fisheye's axis, become NaN. InputError for intrinsics without
-    image size.
+    Missing points stay NaN, and points that the lens cannot have drawn there, such as those beyond the range in which a
+    polynomial rises or 90 degrees off a fisheye's axis, become NaN. InputError for intrinsics without image size.
     """
     points = np.asarray(points_px, dtype=np.float64)
-    if points.shape[-1:] != (2,):
-        raise InputError(
-            "wrong-content", f"Expected pixels of shape (..., 2), got an array of shape {points.shape}."
-        )
     ideal = _ideal_matrix(intrinsics)
     observed = (points.reshape(-1, 2) - intrinsics.principal_point_px) / intrinsics.focal_px
     rays = np.full_like(observed, np.nan)
@@ -148,18 +169,11 @@ def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
 
 def undistorted_image(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
     """The image, (H, W) or (H, W, channels) uint8, as the ideal camera of `undistorted` shows it, of the same shape;
-    black where the camera saw nothing; as it is where nothing is known. InputError for an image of another size than
-    the intrinsics'."""
+    black where the camera saw nothing; as it is where nothing is known."""
     if intrinsics is None:
         return image
     import cv2
 
-    _ideal_matrix(intrinsics)
-    if image.shape[1::-1] != intrinsics.image_size:
-        width, height = image.shape[1::-1]
-        raise intrinsics._refused(
-            f"intrinsics for an image of {width} x {height}", f"{intrinsics.image_size}"
-        )
     return cv2.remap(image, *_maps(intrinsics), interpolation=cv2.INTER_LINEAR)
 
 
@@ -221,8 +235,141 @@ def _maps(intrinsics: Intrinsics) -> tuple[np.ndarray, np.ndarray]:
     import cv2
 
     functions: Any = cv2.fisheye if intrinsics.fisheye else cv2
-    ideal, size = _ideal_matrix(intrinsics), intrinsics.image_size
-    coefficients = _coefficients(intrinsics)
+    lens = intrinsics.matrix, _coefficients(intrinsics), np.eye(3)
     return functions.initUndistortRectifyMap(
-        intrinsics.matrix, coefficients, np.eye(3), ideal, size, cv2.CV_32FC1
+        *lens, _ideal_matrix(intrinsics), intrinsics.image_size, cv2.CV_32FC1
     )
+
+
+def read_camera(
+    path: str | Path, name: str | None = None, image_size: tuple[int, int] | None = None
+) -> Intrinsics:
+    """The intrinsics of one camera of a calibration file.
+
+    name: of the camera, where the file holds several.
+    image_size: width and height of the video's images, upright as they are shown; intrinsics of images of another size
+    and the same aspect are scaled to it.
+    InputError for a file of another kind or a damaged one, for several cameras without name, and for numbers that no
+    camera has or that do not go with the video.
+    """
+    path = Path(path)
+    try:
+        cameras = dict(_in_tree(_parsed(path), path.stem))
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            "format-unknown", f"Expected {_FORMATS}; {path} is not one, or is damaged ({error})."
+        ) from None
+    except RecursionError:
+        raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
+    if not cameras:
+        raise InputError("wrong-content", f"Expected {_FORMATS}; {path} has no camera matrix.")
+    names = ", ".join(cameras)
+    if name is None and len(cameras) > 1:
+        raise InputError("choose-entry", f"{path} holds {len(cameras)} cameras; name one: {names}.")
+    if name is not None and name not in cameras:
+        raise InputError("name-unknown", f"{path} holds no camera '{name}', but {names}.")
+    chosen = name or next(iter(cameras))
+    with naming(f"{path}: camera '{chosen}'"):
+        intrinsics = _camera(cameras[chosen], chosen, str(path))
+    return intrinsics if image_size is None else intrinsics.at_size(image_size)
+
+
+def _parsed(path: Path) -> Any:
+    """What a file of JSON, TOML or YAML holds. ValueError for a damaged one."""
+    with readable(path, _FORMATS):
+        if path.stat().st_size > _LARGEST:
+            raise InputError("unsafe", f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
+        text = path.read_text(encoding="utf-8-sig")
+    for parse in (json.loads, tomllib.loads):
+        with suppress(ValueError):
+            return parse(text)
+    return _of_yaml(text)
+
+
+def _of_yaml(text: str) -> Any:
+    """The first document as text, lists and mappings, whatever its tags say. OpenCV's own parser ends the process on
+    deeply nested text and does not read what PyYAML writes; it begins its files with a directive that YAML writes
+    otherwise."""
+    import yaml
+
+    text = text.replace("%YAML:", "%YAML ", 1)
+    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)  # in C, ten times as fast, where PyYAML has it
+    try:
+        # By aliases a short text could stand for one without end.
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, loader)):
+            raise ValueError("it has an alias")
+        tree = next(yaml.load_all(text, loader), None)
+    except yaml.YAMLError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+    if isinstance(tree, str):
+        raise ValueError("it has no entries by name")
+    return tree
+
+
+def _in_tree(tree: Any, name: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Every mapping with a camera matrix, as entries of _ENTRIES, by the name that it states or has where it lies."""
+    if not isinstance(tree, dict):
+        return
+    plain = {str(key).lower().replace("_", ""): value for key, value in tree.items()}
+    entries = {
+        entry: plain[key]
+        for entry, keys in _ENTRIES.items()
+        for key in reversed(keys)
+        if plain.get(key) is not None
+    }
+    if "matrix" in entries:
+        stated = entries.get("name")
+        yield (stated if isinstance(stated, str) and stated else name), entries
+        return
+    for key, value in tree.items():
+        yield from _in_tree(value, str(key))
+
+
+def _camera(entries: dict[str, Any], name: str, source: str) -> Intrinsics:
+    matrix = _numbers(entries["matrix"], "a camera matrix", 9)
+    fx, skew, cx, zero, fy, cy, *last = matrix.tolist()
+    if zero != 0 or last != [0, 0, 1] or not abs(skew) <= _SKEW * abs(fx):
+        raise InputError(
+            "wrong-content",
+            f"expected a camera matrix fx 0 cx, 0 fy cy, 0 0 1, got {' '.join(f'{number:g}' for number in matrix)}.",
+        )
+    model = entries.get("model", "")
+    if model not in _MODELS:
+        raise InputError(
+            "wrong-content",
+            f"expected one of the distortion models {', '.join(filter(None, _MODELS))}, got {model!r}.",
+        )
+    marked = str(entries.get("fisheye", 0)).lower() not in ("0", "false")
+    sides = entries.get("size", [entries.get("width"), entries.get("height")])
+    size = None
+    if sides != [None, None]:
+        width, height = _numbers(sides, "an image size", 2)
+        if not (1 <= width < 1e6 and 1 <= height < 1e6 and width % 1 == 0 and height % 1 == 0):
+            raise InputError(
+                "wrong-content", f"expected width and height in whole pixels, got {width:g} and {height:g}."
+            )
+        size = int(width), int(height)
+    return Intrinsics(
+        focal_px=(fx, fy),
+        principal_point_px=(cx, cy),
+        distortion=tuple(_numbers(entries.get("distortion", []), "distortion coefficients").tolist()),
+        fisheye=_MODELS[model] or marked,
+        image_size=size,
+        name=name,
+        source=source,
+    )
+
+
+def _numbers(value: Any, what: str, count: int | None = None) -> np.ndarray:
+    """(N,) float64 of a number, a text of numbers, lists within lists, or OpenCV's matrix, whose numbers are `data`."""
+    value = value.get("data") if isinstance(value, dict) else value
+    try:
+        numbers = np.array(value.split() if isinstance(value, str) else value, dtype=np.float64).ravel()
+    except (ValueError, TypeError, OverflowError):
+        numbers = np.array([np.nan])
+    if not np.isfinite(numbers).all() or count not in (None, len(numbers)):
+        finite = "finite numbers" if count is None else how_many(count, "finite number")
+        raise InputError("wrong-content", f"expected {what} of {finite}, got {str(value)[:200]}.")
+    return numbers
