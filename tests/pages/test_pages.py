@@ -38,6 +38,7 @@ def test_what_is_not_run():
     assert {f"{block.page}: {block.reason}" for block in BLOCKS if block.reason} == {
         "goals: needs a model of OpenSim; tests/stages/opensim runs it with one of its own",
         "goals: needs the package movement; tests/examples/test_movement_loader.py runs it",
+        "README: downloads a network",
         "README: installs packages from the network",
         "paper: needs the MM-Fi data set, and hours",
         "python: needs the template installed; tests/plugin does that and runs it",
