@@ -120,10 +120,8 @@ def test_the_notebooks_script_runs():
 
 
 def test_the_gallerys_commands(tmp_path):
-    """The page has each example, and the command line each command with its options."""
-    page = (ROOT / "docs/start.md").read_text(encoding="utf-8")
-    for name, words in commands(tmp_path / "out", tmp_path / "data").items():
-        assert f"`{name}`" in page
+    """The command line has each command with its options."""
+    for words in commands(tmp_path / "out", tmp_path / "data").values():
         command = load_command(words[0])
         command.make_context(words[0], [str(word) for word in words[1:]])
 
