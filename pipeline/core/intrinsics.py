@@ -253,6 +253,20 @@ def read_camera(
     camera has or that do not go with the video.
     """
     path = Path(path)
+    cameras = _cameras(path)
+    names = ", ".join(cameras)
+    if name is None and len(cameras) > 1:
+        raise InputError("choose-entry", f"{path} holds {len(cameras)} cameras; name one: {names}.")
+    if name is not None and name not in cameras:
+        raise InputError("name-unknown", f"{path} holds no camera '{name}', but {names}.")
+    chosen = name or next(iter(cameras))
+    with naming(f"{path}: camera '{chosen}'"):
+        intrinsics = _camera(cameras[chosen], chosen, str(path))
+    return intrinsics if image_size is None else intrinsics.at_size(image_size)
+
+
+def _cameras(path: Path) -> dict[str, dict[str, Any]]:
+    """Every camera of a file by name, as entries of _ENTRIES; never none."""
     try:
         cameras = dict(_in_tree(_parsed(path), path.stem))
     except ValueError as error:
@@ -265,15 +279,7 @@ def read_camera(
         raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
     if not cameras:
         raise InputError("wrong-content", f"Expected {_FORMATS}; {path} has no camera matrix.")
-    names = ", ".join(cameras)
-    if name is None and len(cameras) > 1:
-        raise InputError("choose-entry", f"{path} holds {len(cameras)} cameras; name one: {names}.")
-    if name is not None and name not in cameras:
-        raise InputError("name-unknown", f"{path} holds no camera '{name}', but {names}.")
-    chosen = name or next(iter(cameras))
-    with naming(f"{path}: camera '{chosen}'"):
-        intrinsics = _camera(cameras[chosen], chosen, str(path))
-    return intrinsics if image_size is None else intrinsics.at_size(image_size)
+    return cameras
 
 
 def _parsed(path: Path) -> Any:

@@ -256,9 +256,9 @@ def _read_study(path: Path) -> object:
 
 def _read_camera(path: Path) -> object:
     """Whichever camera of the file, to the video's size, and what is seen through it."""
-    from pcnet3d.pipeline.core.intrinsics import _in_tree, _parsed, read_camera, undistorted
+    from pcnet3d.pipeline.core.intrinsics import _cameras, read_camera, undistorted
 
-    for name, _ in _in_tree(_parsed(path), path.stem):
+    for name in _cameras(path):
         camera = read_camera(path, name, (1920, 1080))
         assert not np.isinf(undistorted([[0, 0], [960, 500], [np.nan, 1], [1919, 1079]], camera)).any()
     return read_camera(path, name)
