@@ -28,6 +28,8 @@ def provenance(
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method
+    if take.verdict:
+        lines["verdict"] = f"the poses are {take.verdict}"
     for number, warning in enumerate(take.texts("warning"), 1):
         lines[f"warning {number}"] = warning
     for number, step in enumerate(take.history if history is None else history, 1):
