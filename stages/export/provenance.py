@@ -24,7 +24,7 @@ def provenance(
     lines["axes"] = str(frame or rectified.level.frame)
     lines["length_unit"] = (frame or take.need("poses").frame).unit
     if frame is None and rectified.level.root is not None:
-        lines["root"] = "the pelvis, from the camera's centre or the world's origin"
+        lines["root"] = f"the pelvis, from {'the world' if rectified.in_world else 'the camera'}'s origin"
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method
