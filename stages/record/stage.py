@@ -17,6 +17,7 @@ from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
 from ..drawing.facts import shared_up
 from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
+from ..drawing.provenance import provenance
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
     half_height,
@@ -26,7 +27,6 @@ from ..drawing.rerun_log import (
     log_video,
 )
 from ..drawing.rerun_video import on_clock, viewable
-from ..export.provenance import provenance
 from .angles import log_angles, log_marks
 from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked

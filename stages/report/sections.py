@@ -13,7 +13,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, SUMMARY
 from ..drawing.facts import Facts
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
-from ..export.provenance import provenance
+from ..drawing.provenance import provenance
 
 _MOST = 40  # notices of one kind
 _HEADINGS = {

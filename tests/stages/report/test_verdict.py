@@ -8,7 +8,7 @@ from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.core.notices import verdict
 from pcnet3d.pipeline.running.conclusion import conclude
 from pcnet3d.pipeline.signals.findings import findings_of
-from pcnet3d.stages.export.provenance import provenance
+from pcnet3d.stages.drawing.provenance import provenance
 from pcnet3d.stages.export.stage import Export, summary
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
-from ..drawing.facts import listed
+from .facts import listed
 
 RELATIVE = "relative to the camera"
 
