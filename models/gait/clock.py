@@ -15,7 +15,7 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, unit
 from ...pipeline.signals.filters import peaks
-from ..place.flights import GRAVITY, falls
+from ..place.flights import GRAVITY, flown
 
 _STATURE_M = 1.7  # of an adult; of people 1.2 to 2 m tall gravity's fall is within a fifth of the clock
 _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and more
@@ -37,10 +37,11 @@ _FEWEST = 2  # swings, and stances, of both legs
 def clock_doubts(level: PoseSequence) -> list[Notice]:
     """A notice where a body in the air, or the legs of a walk, are slower or faster than gravity makes them.
 
-    level: as for `falls`; not filtered, for a filter takes the more of a movement the quicker its clock is.
+    level: as for `flown`, whose falls count where the path was measured; not filtered, for a filter takes the more of a
+    movement the quicker its clock is.
     """
-    fell = falls(level)
-    times = float(np.sqrt(np.median(fell) * _STATURE_M / GRAVITY)) if len(fell) else 1.0  # as fast as it was
+    fell = [flight.fall for flight in flown(level).flights] if level.measured_root is not None else []
+    times = float(np.sqrt(np.median(fell) * _STATURE_M / GRAVITY)) if fell else 1.0  # as fast as it was
     movement = f"the body falls at {times**2:.2g} of gravity in the air"
     if 1 / _OFF < times < _OFF:
         gait = _gait(level)

@@ -1,4 +1,5 @@
-"""People in the air: how fast they fall tells whether a take runs at real time, and how high they jump.
+"""Flights of a take, by the pelvis path where it was measured, else by keypoints and the lifted body before a camera
+that stands still: how high people jump, and by how fast they fall whether the take runs at real time.
 
 In flight nothing but gravity pulls, so the body's centre of mass falls at 9.81 m/s2 and drifts evenly, whatever the
 limbs do; shown k times too slowly it falls at 9.81 / k^2.
@@ -12,15 +13,28 @@ fast as it goes up.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.blocks import blocks
+from ...pipeline.core.camera import Camera
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.path import RootPath
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import is_finite, rotate, transpose
+from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines, rate, stretches
+from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
+
+_BUILT_IN = "pcnet3d"  # lifter
+_FEWEST = 10  # frames
+_LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
+_NEAREST = 0.1  # statures before the camera
+_ROBUST = 0.03  # statures off the usual height at which a joint's say is halved
+_ROUNDS = 5  # of weighing joints
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
 # second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
@@ -46,7 +60,7 @@ _UP = 0.07  # statures by which both ankles are above their floor in the air; st
 _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 GRAVITY = 9.81  # m / s2
-PEOPLE_M = (1.0, 2.2)  # statures of those who jump
+_PEOPLE_M = (1.0, 2.2)  # statures of those who jump
 _OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is
 # Which leaves the floor so long before the other, or lands after it, has no part in the jump.
@@ -107,16 +121,6 @@ LIFTED = Rule(
 )  # fmt: skip
 
 
-def falls(level: PoseSequence) -> np.ndarray:
-    """How fast the body falls in each flight that is well seen, in statures / s2, (N,).
-
-    level: H36M17 in axes whose z is up, relative to the pelvis, with a measured root, unfiltered; in any unit. Empty
-    where the source does not say how high the person is, and where nobody flies: in flight both ankles are off the
-    floor, and the centre of mass rises and falls in a parabola, within noise.
-    """
-    return np.array([flight.fall for flight in flights(level)] if level.measured_root is not None else [])
-
-
 @dataclass(frozen=True)
 class Flight:
     """off_s, land_s: when the feet leave the floor and meet it, by the lower ankle; apex_s: when the centre of mass is
@@ -134,44 +138,155 @@ class Flight:
     clear: float = 0.0
 
 
-def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = None) -> list[Flight]:
-    """Those of `falls`, in order.
+@dataclass(frozen=True, eq=False)
+class Airborne:
+    """A take's flights, in order. observable: (T,) in which frames the body and its place are known well enough for
+    one; None where flights are not looked for at all. cut: whether an end of the take, a clip boundary or a gap hides
+    how both ankles left the floor or meet it again. lifted: that they are of lifted poses, whose errors are larger;
+    judged: by the built-in lifter, of which these are known. shake: statures, by how much a camera that shakes moves
+    the person in the image; NaN where it may go elsewhere. ankle: (T,) statures, how high the lower ankle is in each
+    frame by itself; None where that is not known."""
 
-    level: as there; with rule LIFTED lifted joints, whose root has each frame's own height (models/place/airborne.py).
+    flights: tuple[Flight, ...] = ()
+    observable: np.ndarray | None = None
+    cut: bool = False
+    lifted: bool = False
+    judged: bool = False
+    shake: float = 0.0
+    ankle: np.ndarray | None = None
+
+
+def airborne(take: Take) -> Airborne:
+    """The flights of a rectified take. InputError without poses, or where nothing has rectified them."""
+    poses, rectified, level = take.need("poses"), take.need("rectified"), take.need("rectified").level
+    if level.root is None or not rectified.level_ok:
+        return Airborne()
+    body = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1)
+    if (body & is_finite(level.root)).sum() < _FEWEST:
+        return Airborne()
+    if level.measured_root is not None:
+        return flown(level)
+    if take.keypoints is None or take.camera is None or rectified.in_world:
+        return Airborne()
+    rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
+    height = own_height(level, rectified, rays, trust)
+    if height is None:
+        return Airborne()
+    root = np.column_stack([level.root[:, :2], height])
+    level = level.with_(joints=_bridged(level.joints, level.times), path=RootPath(root))
+    stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
+    judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == _BUILT_IN
+    shake = _shake(take, take.camera, poses)
+    return replace(flown(level, LIFTED, stature_m), lifted=True, judged=judged, shake=shake)
+
+
+def flown(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = None) -> Airborne:
+    """The flights of H36M17 in axes whose z is up, relative to the pelvis, unfiltered, in any unit; none without a
+    root, which says how high the person is, and where nobody flies: in flight both ankles are off the floor, and the
+    centre of mass rises and falls in a parabola, within noise.
+
+    level: with a measured root; with rule LIFTED lifted joints, whose root has each frame's own height (`own_height`).
     stature_m: the person's, where the poses are in metres; a lifted fall is one of gravity within its error, of any
-    person's stature where it is not known. rise is half of the fall times the square of the time that it takes
-    (Linthorne, Am J Phys 69(11), 2001); of lifted poses a mean of two, which is nearer to the captured rise.
+    person's stature where it is not known. A flight's rise is half of the fall times the square of the time that it
+    takes (Linthorne, Am J Phys 69(11), 2001); of lifted poses a mean of two, which is nearer to the captured rise.
     """
-    path = _body_path(level, rule)
-    if path is None:
-        return []
-    fitted = (
-        _flight(path, rows, line, stature_m) for rows, line, whole in _spells(path, level.seams) if whole
-    )
-    return [flight for flight in fitted if flight is not None]
-
-
-def cut(level: PoseSequence, rule: Rule = MEASURED) -> bool:
-    """Whether both ankles are off the floor where an end of the take, a clip boundary or a gap hides how they left it
-    or meet it again. Arguments of `flights`."""
-    path = _body_path(level, rule)
-    return path is not None and any(not whole for _, _, whole in _spells(path, level.seams))
-
-
-def _body_path(level: PoseSequence, rule: Rule) -> _BodyPath | None:
-    """The paths that tell flights, of arguments of `flights`; None without a root, or of nobody."""
     stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
-        return None
+        return Airborne()
+    joints = level.joints[:, level.layout.indices(NEEDED)]
     world = (level.joints + level.root[:, None]).astype(np.float64) / stature
+    ankles = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
+    path = _BodyPath(level.times, _centre_of_mass(world), ankles, rule)
+    spells = list(_spells(path, level.seams))
+    fitted = (_flight(path, rows, line, stature_m) for rows, line, whole in spells if whole)
+    return Airborne(
+        tuple(flight for flight in fitted if flight is not None),
+        observable=is_finite(joints).all(axis=1) & is_finite(level.root),
+        cut=not all(whole for _, _, whole in spells),
+        ankle=path.lowest,
+    )
+
+
+def _shake(take: Take, camera: Camera, poses: PoseSequence) -> float:
+    """As Airborne has it. poses: in CAMERA axes, placed."""
+    if take.stands or poses.root is None:
+        return 0.0 if take.stands else np.nan
+    shakes = camera.background is not None and camera.background.kind == "hand-held" and not take.told.moving
+    distance = float(np.nanmedian(np.linalg.norm(poses.root, axis=1))) / implied_stature(poses.joints)
+    return camera.shake_rad * distance if shakes else np.nan
+
+
+def _bridged(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Joints (T, 17, 3) relative to the pelvis; those that hardly weigh on the centre of mass are on a line where they
+    were not seen. Ankles, whose floor counts, stay missing."""
+    filled = joints.copy()
+    for name in NEEDED:
+        if not name.endswith("ankle"):
+            joint = H36M17.index(name)
+            filled[:, joint] = on_lines(filled[:, joint], time_s)
+    return filled
+
+
+def own_height(
+    level: PoseSequence, rectified: Rectified, rays: np.ndarray, trust: np.ndarray
+) -> np.ndarray | None:
+    """(T,) the height of the pelvis over the camera in each frame by itself, in LEVEL; NaN where too few joints tell.
+    None where the camera looks down or up steeply.
+
+    level: lifted, with the smooth path of `pelvis_path`, whose horizontal distance from the camera is kept; a fall is
+    no longer in its height. rays (T, 17, 2), trust (T, 17): of keypoint_rays. At that distance each joint's ray says
+    how high the body is; joints are weighed by how far they are off their usual answer (Cauchy).
+    """
+    assert level.root is not None
+    R = rectified.R_source_from_level
+    ahead = R[2, :2]  # the camera's z axis over the floor
+    if R.ndim != 2 or np.linalg.norm(ahead) < _LEVEL:
+        return None
+    ahead = ahead / np.linalg.norm(ahead)
+    stature = implied_stature(level.joints)
+    use = H36M17.indices(JOINTS)
+    height = np.empty(len(level))
+    for rows in blocks(len(level)):
+        body, lines = (each[rows, use].astype(np.float64) for each in (level.joints, rays))
+        height[rows] = _height(body, lines, trust[rows, use], level.root[rows], R, ahead, stature)
+    return height
+
+
+def _height(
+    body: np.ndarray,
+    lines: np.ndarray,
+    trust: np.ndarray,
+    root: np.ndarray,
+    R: np.ndarray,
+    ahead: np.ndarray,
+    stature: float,
+) -> np.ndarray:
+    """As `own_height`, (T,), of the joints (T, J, 3), rays (T, J, 2) and trust (T, J) that tell it."""
+    lines = rotate(transpose(R), np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1))
+    distance = (body[..., :2] + root[:, None, :2]) @ ahead
+    reach = lines[..., :2] @ ahead
+    with np.errstate(invalid="ignore", divide="ignore"):
+        heights = lines[..., 2] / reach * distance - body[..., 2]
+    usable = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust > 0)
+    enough = usable.sum(axis=1) >= FEWEST
+    heights, trust = np.where(usable, heights, np.nan), np.where(usable, trust, 0.0)
+    height = np.full(len(heights), np.nan)
+    height[enough] = np.nanmedian(heights[enough], axis=1)
+    for _ in range(_ROUNDS):
+        off = np.where(usable, heights - height[:, None], 0.0)
+        weights = trust / (1 + (off / (_ROBUST * stature)) ** 2)
+        height[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
+    return height
+
+
+def _centre_of_mass(world: np.ndarray) -> np.ndarray:
+    """(T, 3) of joints (T, 17, 3)."""
     mass = sum(share for _, _, share, _ in SEGMENTS)
     parts = [
         share / mass * ((1 - along) * world[:, H36M17.index(a)] + along * world[:, H36M17.index(b)])
         for a, b, share, along in SEGMENTS
     ]
-    ankles = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
-    centre = np.sum(parts, axis=0)
-    return _BodyPath(level.times, centre, ankles, rule)
+    return np.sum(parts, axis=0)
 
 
 @dataclass(frozen=True)
@@ -197,28 +312,28 @@ class _BodyPath:
 def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
     """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
     rule, time_s = path.rule, path.time_s
-    ends, fit = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
-    if (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
+    ends, parabola = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
+    if parabola is None or (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
         return None
-    if fit is None:
-        return None
-    if not np.isnan(rule.fall_s):  # within 2.6 standard deviations
+    fall, apex_s = parabola
+    if not np.isnan(rule.fall_s):  # that of gravity within 2.6 standard deviations
         slack = 2.6 * np.hypot(rule.fall_s / np.ptp(time_s[rows]), SCALE_SD)
-        if not _is_free(np.array(fit.fall), slack, stature_m):
+        least, most = _PEOPLE_M if stature_m is None else (stature_m, stature_m)
+        if not GRAVITY / most * (1 - slack) < fall < GRAVITY / least * (1 + slack):
             return None
     edges = ((rows.start, -1), (rows.stop - 1, 1))
     feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
     off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
-    if not off_s < fit.apex_s < land_s:
+    if not off_s < apex_s < land_s:
         return None
     off_s, land_s = off_s - rule.since_s, land_s + rule.until_s
-    rise = fit.fall * (fit.apex_s - off_s) ** 2 / 2
+    rise = fall * (apex_s - off_s) ** 2 / 2
     if rule.lifted:
-        free = fit.fall if stature_m is None else GRAVITY / stature_m
+        free = fall if stature_m is None else GRAVITY / stature_m
         stands, height = path.lowest <= line, np.where(np.isfinite(line), path.centre[:, 2], np.nan)
-        rise = lifted_rise(time_s, height, path.lowest, stands, rows, off_s, fit.apex_s, free)
+        rise = lifted_rise(time_s, height, path.lowest, stands, rows, off_s, apex_s, free)
     clear = float((path.lowest - line)[rows].max()) + _UP
-    return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet, clear=clear)
+    return Flight(off_s, apex_s, land_s, fall, rise, *feet, clear=clear)
 
 
 def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
@@ -292,17 +407,10 @@ def _floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np
     return percentile_filter(even, _FLOOR, size=2 * round(around_s * rate(time_s)) + 1, mode="nearest")
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """A parabola of `fall`, statures / s2, that is highest at apex_s."""
-
-    fall: float
-    apex_s: float
-
-
-def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
-    """The parabola of a path (N, 3) that rises and falls; None where it is none."""
-    inner = _without_ends(centre)
+def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> tuple[float, float] | None:
+    """How fast a path (N, 3) falls in a parabola, statures / s2, and when that is highest; None where it is none."""
+    ends = int(_TRIMMED * len(centre))
+    inner = slice(ends, len(centre) - ends)
     middle_s = float(time_s[inner].mean())
     centre, time_s = centre[inner], time_s[inner] - middle_s
     if not np.isfinite(centre).all():
@@ -317,19 +425,7 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     falls = np.hypot(*drift) < rule.drift * -bend and abs(speed / bend) < rule.middle * duration
     if not (fits and falls):
         return None
-    return _Fit(-float(bend), middle_s - float(speed / bend))
-
-
-def _without_ends(centre: np.ndarray) -> slice:
-    """The rows of a path (N, ...) in the air in which no foot may still push."""
-    return slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
-
-
-def _is_free(fall: np.ndarray, slack: float, stature_m: float | None) -> np.ndarray:
-    """Whether falls (...,), statures / s2, are those of gravity within a share, of a person of that stature, or of any;
-    of the same shape."""
-    least, most = PEOPLE_M if stature_m is None else (stature_m, stature_m)
-    return (GRAVITY / most * (1 - slack) < fall) & (fall < GRAVITY / least * (1 + slack))
+    return -float(bend), middle_s - float(speed / bend)
 
 
 def lifted_rise(

@@ -11,8 +11,7 @@ import numpy as np
 from ...models.common.motion import Motion
 from ...models.gait.events import Stance, Step
 from ...models.gait.gait import Gait
-from ...models.place.airborne import Airborne
-from ...models.place.flights import GRAVITY, Flight
+from ...models.place.flights import GRAVITY, Airborne, Flight
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Row
 from ...pipeline.signals.filters import nearest_row

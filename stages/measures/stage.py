@@ -12,8 +12,7 @@ from ...models.common.motion import Motion, motion_of
 from ...models.gait.errors import own_covariance
 from ...models.gait.gait import Gait
 from ...models.gait.take_walks import Walk, gait_of, walks_of
-from ...models.place.airborne import Airborne, airborne
-from ...models.place.flights import Flight
+from ...models.place.flights import Airborne, Flight, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measure, Row, side_of, withheld, within
 from ...pipeline.core.measures import Measures as Rows

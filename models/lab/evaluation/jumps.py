@@ -22,7 +22,7 @@ from ....pipeline.core.measures import SD_90
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.take import Take
-from ...place.flights import GRAVITY, Flight, flights
+from ...place.flights import GRAVITY, Flight, flown
 from ..mocap.clips import Clip
 from .judge import Case, summed
 from .runs import EvaluationSet, Question, finished
@@ -78,9 +78,8 @@ def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
     """world: (T, 17, 3) in a still world whose z is up."""
     root = world[:, H36M17.index("pelvis")].astype(np.float64)
     poses = PoseSequence(world - root[:, None], H36M17, LEVEL, time_s=time_s, path=RootPath(root))
-    return [
-        flight for flight in flights(poses) if abs(flight.fall * implied_stature(world) / GRAVITY - 1) < _FREE
-    ]
+    stature = implied_stature(world)
+    return [each for each in flown(poses).flights if abs(each.fall * stature / GRAVITY - 1) < _FREE]
 
 
 def compared(take: Take, truth: SeenTake) -> Compared:

@@ -7,6 +7,7 @@ from golden.jumps import jumping
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
+from pcnet3d.pipeline.core.path import RootPath
 
 
 @pytest.mark.parametrize("slowed", [1, 4, 8])
@@ -16,6 +17,11 @@ def test_a_fall_tells_how_slow_the_clock_is(slowed):
     if found:
         assert found[0].values["way"] == "slowly"
         assert found[0].values["fits"] == pytest.approx(30 * slowed, rel=0.05)
+
+
+def test_an_estimated_path_is_no_evidence():
+    poses = jumping(8)
+    assert clock_doubts(poses.with_(path=RootPath(poses.root, np.tile(np.eye(3), (len(poses), 1, 1))))) == []
 
 
 def test_the_right_rate_settles_it():

@@ -8,7 +8,7 @@ import pytest
 from golden.jumps import STATURE_M, standing, toe_jump
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, Question, finished
-from pcnet3d.models.place.airborne import airborne
+from pcnet3d.models.place.flights import airborne
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Background, Camera
 from pcnet3d.pipeline.core.measures import SD_90, nested

@@ -8,9 +8,13 @@ import pytest
 from golden.jumps import STATURE_M, jumping, standing
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.clock import clock_doubts
-from pcnet3d.models.place.flights import falls, flights
+from pcnet3d.models.place.flights import flown
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
 from pcnet3d.pipeline.core.path import RootPath
+
+
+def falls(poses: PoseSequence) -> list[float]:
+    return [flight.fall for flight in flown(poses).flights]
 
 
 def squats(slowed: float = 1.0) -> PoseSequence:
@@ -53,7 +57,7 @@ def test_what_is_not_well_seen_says_nothing():
 
 def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
     poses = jumping()
-    first, second = flights(poses)
+    first, second = flown(poses).flights
     for seen_from_s, seen_to_s in (
         (first.off_s - 0.1, first.off_s + 0.06),
         (first.land_s - 0.06, first.land_s + 0.1),
@@ -61,7 +65,7 @@ def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
         joints = poses.joints.copy()
         lost = (poses.times >= seen_from_s) & (poses.times <= seen_to_s)
         joints[lost, H36M17.index("r_ankle")] = np.nan
-        (found,) = flights(poses.with_(joints=joints))
+        (found,) = flown(poses.with_(joints=joints)).flights
         assert found.apex_s == pytest.approx(second.apex_s, abs=0.01)
         assert np.isfinite([found.off_s, found.land_s, found.rise]).all()
 

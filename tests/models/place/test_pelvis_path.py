@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.models.place.path import pelvis_path
-from pcnet3d.models.place.smoothing import covariances, smoothed
+from pcnet3d.models.place.path import covariances, pelvis_path, smoothed
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.core.camera import Background, Camera
 from pcnet3d.pipeline.core.frames import GL_CAMERA

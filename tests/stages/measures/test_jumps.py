@@ -8,7 +8,7 @@ import pytest
 from golden.motions import motion_with
 from pcnet3d.models.gait.events import Stance, Step
 from pcnet3d.models.gait.gait import Gait
-from pcnet3d.models.place.airborne import Airborne
+from pcnet3d.models.place.flights import Airborne, Flight
 from pcnet3d.stages.measures.jumps import jumping, without_leaps
 
 TIMES = np.arange(0, 6, 1 / 30)
@@ -16,8 +16,6 @@ NO_GAIT = Gait({"r": [], "l": []}, [])
 
 
 def flight(off_s, land_s, clear=0.0, feet=2):
-    from pcnet3d.models.place.flights import Flight
-
     return Flight(off_s, (off_s + land_s) / 2, land_s, 5.8, 0.18, feet, feet, clear)
 
 
