@@ -23,10 +23,10 @@ from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.signals.filters import runs
+from .events import OTHER
 
 CONTACT_FILE = Path(__file__).with_name("contact.json")
 SIDES = ("r", "l")
-_OTHER = {"r": "l", "l": "r"}
 _AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
 # Either way: over two strides a lifted leg is as long as the next time, whatever it is within one.
@@ -96,7 +96,7 @@ def _windows(
     body: np.ndarray, time_s: np.ndarray, side: str, seams: tuple[int, ...]
 ) -> Iterator[tuple[slice, np.ndarray]]:
     """The rows of `window_features` that have any, some minutes at a time, for they are 2 KB a frame."""
-    names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
+    names = (f"{side}_ankle", f"{OTHER[side]}_ankle", f"{side}_knee")
     mirror = 1 if side == "r" else _MIRROR
     legs = np.concatenate(
         [body[:, H36M17.index(name)].astype(np.float64) * mirror for name in names], axis=-1

@@ -1,4 +1,5 @@
-"""Stances, steps and strides: when feet land and leave, out of how likely each is on the floor.
+"""Stances, steps, strides and walks: when feet land and leave, out of how likely each is on the floor, and which
+landings follow each other as steps of one walk.
 
 Initial contact and toe-off bound the stance of a foot, and toe-off and the next initial contact its swing (Perry &
 Burnfield, Gait Analysis, 2nd ed. 2010, chapter 1). A step is from the initial contact of one foot to that of the other,
@@ -9,14 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from ...pipeline.signals.filters import runs
+from ...pipeline.signals.filters import resample, runs
+
+OTHER = {"r": "l", "l": "r"}
 
 ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
+_STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
+FEWEST = 3  # steps of a walk
+_FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
+_TURNS_DEG = 30.0  # in one step
+_NEAREST = 5  # landings that tell how the pelvis swings there; two that see a turn are outvoted
+# Times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step.
+_SIDEWAYS = 2.0
 
 
 @dataclass(frozen=True)
@@ -114,3 +125,145 @@ def contact_times(walks: Sequence[Sequence[Step]], side: str) -> list[float]:
     """Seconds at which one foot lands: a step begins with an initial contact of the other foot and ends with one."""
     starts = [walk[0].start_s for walk in walks if walk[0].side != side]
     return sorted({*starts, *(step.stop_s for walk in walks for step in walk if step.side == side)})
+
+
+def walks(
+    feet: Mapping[str, Sequence[Stance]],
+    between: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int] = (),
+    facing_deg: np.ndarray | None = None,
+) -> list[list[Step]]:
+    """Each of at least three steps in order, of a run two: feet that land in turn, 0.2 to 1.5 s after one another, each
+    time on the other side of the other foot. Standing, turning and the steps to a stop and from it are no part of a
+    walk.
+
+    feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
+    lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
+    twice as far apart sideways as in front (a jumping jack), a walk ends; so it does at a gap. facing_deg: (T,) where
+    the person faces, in any still axes; a step in which that turns by 30 degrees or more ends a walk too, where what
+    swings to and fro from step to step, as pelvises do, is no turn.
+    """
+    lands = sorted(
+        (stance.start_s, stance.side)
+        for side in feet.values()
+        for stance in side
+        if stance.start_s == stance.start_s
+    )
+    at = np.array([start for start, _ in lands])
+    ahead, aside = resample(between, time_s, at, seams).T if len(at) else (np.zeros(0), np.zeros(0))
+    straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
+    visible = np.asarray(np.isfinite(between).all(axis=1))
+    broken = np.array([_broken(visible, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
+    turned = np.zeros(len(broken)) if facing_deg is None else _turned(facing_deg, time_s, lands, seams)
+    parts: list[list[Step]] = []
+    walk: list[Step] = []
+    turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
+    for i, ((start, side), (stop, other)) in enumerate(pairwise(lands)):
+        change = float(ahead[i + 1] - ahead[i])
+        is_step = (
+            side != other
+            and _STEP_S[0] <= stop - start <= _STEP_S[1]
+            and abs(change) >= least
+            and not (straddles[i] or straddles[i + 1] or broken[i] or turned[i] >= _TURNS_DEG)
+        )
+        if not is_step or (walk and change * turn > 0):
+            parts.append(walk)
+            walk = []
+        if is_step:
+            walk.append(Step(other, start, stop))
+            turn = change
+    ends = [float(time_s[piece.stop - 1]) for piece in runs(visible, time_s, seams)]
+    moving = [part for walk in [*parts, walk] for part in _between_stops(walk, feet, ends)]
+    return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else FEWEST)]
+
+
+def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:
+    """Whether every foot that lands finds the other off the floor."""
+    if not walk:
+        return False
+    return not any(
+        not stance.start_s >= at_s and not stance.stop_s < at_s
+        for side, at_s in _landings(walk)
+        for stance in feet[OTHER[side]]
+    )
+
+
+def _landings(walk: Sequence[Step]) -> list[tuple[str, float]]:
+    """Side and time of each foot that lands: one more than steps."""
+    return [(OTHER[walk[0].side], walk[0].start_s), *((step.side, step.stop_s) for step in walk)]
+
+
+def _between_stops(
+    walk: list[Step], feet: Mapping[str, Sequence[Stance]], ends_s: Sequence[float]
+) -> list[list[Step]]:
+    """A walk in parts, without the steps to and from a foot that stays for more than a stride: there the person stops.
+    ends_s: when each piece ends in which the feet are seen, until which a foot stays at most that is never seen to
+    leave.
+
+    The stride is the last before the foot lands or the first after the other has landed, whichever is longer. Who stops
+    on both feet keeps the one behind there as long: the person stops where most of a foot's stay passes before the
+    other lands.
+    """
+    if len(walk) < 2:
+        return [walk]
+    sides, at_s = zip(*_landings(walk), strict=True)
+    stops = []
+    for i, side in enumerate(sides):
+        leaves = next(stance.stop_s for stance in feet[side] if stance.start_s == at_s[i])
+        if np.isnan(leaves):
+            leaves = min((end for end in ends_s if end >= at_s[i]), default=at_s[i])
+        stays = leaves - at_s[i]
+        waits = at_s[i + 1] - at_s[i] if i < len(walk) else np.inf
+        beside = [at_s[stop] - at_s[stop - 2] for stop in (i, i + 3) if 2 <= stop <= len(walk)]
+        stops.append(bool(beside) and stays > max(beside) and 2 * waits > stays)
+    parts = groupby(zip(walk, pairwise(stops), strict=True), key=lambda of: any(of[1]))
+    return [[step for step, _ in part] for stopped, part in parts if not stopped]
+
+
+def _turned(
+    facing_deg: np.ndarray, time_s: np.ndarray, lands: Sequence[tuple[float, str]], seams: Sequence[int]
+) -> np.ndarray:
+    """(N - 1,) degrees by which the person turns from landing to landing (time and side), but for what swings."""
+    if not lands:
+        return np.zeros(0)
+    at_s, sides = map(np.array, zip(*lands, strict=True))
+    facing = _facing(facing_deg, time_s, at_s, seams)
+    ends = np.flatnonzero((np.diff(at_s) > _STEP_S[1]) | (sides[1:] == sides[:-1])) + 1
+    swing = np.concatenate([_swing(of_walk) for of_walk in np.split(facing, ends)])
+    return np.abs(np.diff(facing - swing))
+
+
+def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:
+    """facing_deg (T,) at other times (N,), without jumps by a whole turn."""
+    angle = np.radians(facing_deg)
+    x, y = resample(np.stack([np.cos(angle), np.sin(angle)], axis=-1), time_s, at_s, seams).T
+    finite = np.isfinite(x)
+    result = np.full(len(at_s), np.nan)
+    result[finite] = np.degrees(np.unwrap(np.arctan2(y[finite], x[finite])))
+    return result
+
+
+def _swing(facing_deg: np.ndarray) -> np.ndarray:
+    """What of facing_deg (N,) at landings, of one foot and the other in turn, is of the foot that lands: half of by how
+    much it differs from the mean of the landings before and after, in the median of the nearest five, for one foot, and
+    less that for the other; who walks backwards swings the other way. Landings about which the person turns tell
+    nothing of it; the other foot's before and after are apart there."""
+    foot = (-1.0) ** np.arange(len(facing_deg))
+    before, after = facing_deg[:-2], facing_deg[2:]
+    differs = foot[1:-1] * (facing_deg[1:-1] - (before + after) / 2)
+    tells = np.flatnonzero(np.isfinite(differs) & (np.abs(after - before) < _TURNS_DEG))
+    if not len(tells):
+        return np.zeros(len(facing_deg))
+    medians = np.median(sliding_window_view(differs[tells], min(_NEAREST, len(tells))), axis=1)
+    nearest = np.searchsorted((tells[1:] + tells[:-1]) / 2 + 1, np.arange(len(facing_deg)))
+    return foot * medians[np.clip(nearest - _NEAREST // 2, 0, len(medians) - 1)] / 2
+
+
+def _broken(
+    visible: np.ndarray, time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]
+) -> bool:
+    inside = (time_s >= start_s) & (time_s <= stop_s)
+    pieces = runs(inside & visible, time_s, seams)
+    return len(pieces) != 1 or pieces[0].stop - pieces[0].start != inside.sum()

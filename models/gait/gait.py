@@ -11,9 +11,7 @@ import numpy as np
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.signals.filters import resample
 from .contact import SIDES, contacts, leg_lengths
-from .events import Stance, Step, Stride, stances, strides
-from .parameters import belt_drift, lengths
-from .walks import FEWEST, walks
+from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
 # Seconds of double support, and of the strides, from which a run has walked steps too: 19 of 26 lifted takes of which
@@ -213,46 +211,3 @@ def time_values(gait: Gait) -> Values:
 def _seen_mean(first: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(N,) the mean of two values, or the one that is finite."""
     return (np.where(np.isfinite(first), first, other) + np.where(np.isfinite(other), other, first)) / 2
-
-
-def length_values(
-    gait: Gait,
-    root: np.ndarray,
-    ankles: Mapping[str, np.ndarray],
-    time_s: np.ndarray,
-    seams: Sequence[int] = (),
-) -> Values:
-    """{figure: {"r", "l": (N,)}}: step_length, stride_length and step_width (parameters.lengths) in the unit of the
-    places, and walking_speed: the pelvis's advance of each step by the mean time of all steps, so that its mean is
-    distance by time. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the
-    same axes."""
-    values = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
-    usual_s = (
-        float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
-    )
-    return {"walking_speed": {side: far / usual_s for side, far in values.pop("advance").items()}} | values
-
-
-def over_belt(
-    root: np.ndarray,
-    ankles: Mapping[str, np.ndarray],
-    time_s: np.ndarray,
-    gait: Gait,
-    ahead: np.ndarray,
-    told: float | None = None,
-    seams: Sequence[int] = (),
-) -> tuple[np.ndarray, float]:
-    """((T, 2), belt speed): the pelvis as the belt of a treadmill sees it, and how fast the belt runs; the same path
-    and 0 where the feet stay.
-
-    told: the belt's speed by its display, in units of length a second, which runs against where the person faces, ahead
-    (2,); None finds velocity and direction by the drift of the feet that stand.
-    """
-    if told is not None:
-        velocity = -told * ahead
-    else:
-        landed = {(step.side, step.stop_s) for step in gait.steps}
-        walked = {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
-        drift = belt_drift(root, ankles, time_s, walked, seams)
-        velocity = np.zeros(2) if drift is None else drift
-    return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))

@@ -1,4 +1,4 @@
-"""What gait laboratories report of a walk or a run: times of the gait cycle, lengths, width, speed.
+"""Lengths, width and speed of a walk or a run, as gait laboratories report them beside the times (gait.time_values).
 
 Definitions: initial contact, toe-off, stance, swing, single and double support as in Perry & Burnfield, Gait Analysis,
 2nd ed. 2010, chapter 1; steps, strides, speed and cadence as in Hollman, McDade & Petersen, Gait & Posture 34(1), 2011;
@@ -13,9 +13,10 @@ import numpy as np
 
 from ...pipeline.core.rotations import unit
 from ...pipeline.signals.filters import resample
-from .events import Stance, Step, strides
+from .contact import SIDES
+from .events import OTHER, Stance, Step, strides
+from .gait import Gait, Values
 
-_OTHER = {"r": "l", "l": "r"}
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
 _WAY_SAMPLES = 25
@@ -25,60 +26,51 @@ _LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
 _CARRIED = 0.7
 
 
-def lengths(
+def length_values(
+    gait: Gait,
     root: np.ndarray,
     ankles: Mapping[str, np.ndarray],
     time_s: np.ndarray,
-    walks: Sequence[Sequence[Step]],
-    feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
-) -> dict[str, dict[str, np.ndarray]]:
-    """{"step_length", "advance": {side: (N,)}} of the steps that end when that foot lands, and {"stride_length",
+) -> Values:
+    """{"step_length", "walking_speed": {side: (N,)}} of the steps that end when that foot lands, and {"stride_length",
     "step_width": {side: (M,)}} of that foot's strides, walk by walk, in the unit of the places; NaN where one is
-    missing. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side, relative to it.
+    missing. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it.
 
     A foot's place is the mean over the part of its stance in which it lies flat, so that the noise of single frames
     does not enter. A stride's length is between two places of the same foot, a step's from the other foot's place to
     this one's, both along the way that the pelvis takes midway between them; a stride's width is how far to the side
     the other foot's place between lies from the middle of the two (in a straight walk that of Huxham et al., Gait &
-    Posture 23(2), 2006). An advance is the distance between where the pelvis is at a step's two landings.
+    Posture 23(2), 2006). A step's speed is how far apart the pelvis is at its two landings by the mean time of all
+    steps, so that the mean of speeds is distance by time.
     """
-    stands = {side: places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
-    step: dict[str, list[float]] = {side: [] for side in "rl"}
-    long: dict[str, list[float]] = {side: [] for side in "rl"}
-    wide: dict[str, list[float]] = {side: [] for side in "rl"}
+    stands = {side: places(root + ankles[side], time_s, gait.feet[side], seams) for side in SIDES}
+    names = ("walking_speed", "step_length", "stride_length", "step_width")
+    values: dict[str, dict[str, list[float]]] = {name: {side: [] for side in SIDES} for name in names}
+    landings = np.array([(step.start_s, step.stop_s) for step in gait.steps]).reshape(-1, 2)
+    first, last = resample(root, time_s, landings.T.ravel(), seams).reshape(2, len(landings), -1)
+    usual_s = float(np.mean(landings[:, 1] - landings[:, 0])) if len(landings) else float("nan")
+    for step, far in zip(gait.steps, np.linalg.norm(last - first, axis=-1), strict=True):
+        values["walking_speed"][step.side].append(far / usual_s)
 
     def at(side: str, start_s: float) -> np.ndarray:
         return stands[side].get(start_s, np.full(3, np.nan))
 
-    for walk in walks:
-        for of in walk:
-            before, after = at(_OTHER[of.side], of.start_s), at(of.side, of.stop_s)
+    for walk in gait.walks:
+        for step in walk:
+            before, after = at(OTHER[step.side], step.start_s), at(step.side, step.stop_s)
             moved, ahead = _between(root, time_s, walk, before, after, seams)
-            step[of.side].append(float(moved @ ahead))
-        for s in strides([walk], feet):
+            values["step_length"][step.side].append(float(moved @ ahead))
+        for s in strides([walk], gait.feet):
             before, after = at(s.side, s.start_s), at(s.side, s.stop_s)
             moved, ahead = _between(root, time_s, walk, before, after, seams)
-            aside = (at(_OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
-            long[s.side].append(float(moved @ ahead))
-            wide[s.side].append(abs(float(aside)))
-    by_figure = {"step_length": step, "stride_length": long, "step_width": wide}
-    return {"advance": _advances(root, time_s, walks, seams)} | {
-        name: {side: np.array(values, dtype=np.float64) for side, values in of_sides.items()}
-        for name, of_sides in by_figure.items()
+            aside = (at(OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
+            values["stride_length"][s.side].append(float(moved @ ahead))
+            values["step_width"][s.side].append(abs(float(aside)))
+    return {
+        name: {side: np.array(of_side, dtype=np.float64) for side, of_side in by_side.items()}
+        for name, by_side in values.items()
     }
-
-
-def _advances(
-    root: np.ndarray, time_s: np.ndarray, walks: Sequence[Sequence[Step]], seams: Sequence[int]
-) -> dict[str, np.ndarray]:
-    """{side: (N,)} the distance between where the pelvis is at the two landings of each of that side's steps."""
-    steps = [step for walk in walks for step in walk]
-    at_s = np.array([(step.start_s, step.stop_s) for step in steps]).reshape(-1, 2)
-    first, last = resample(root, time_s, at_s.T.ravel(), seams).reshape(2, len(steps), -1)
-    far = np.linalg.norm(last - first, axis=-1)
-    side_of = np.array([step.side for step in steps])
-    return {side: far[side_of == side] for side in "rl"}
 
 
 def _between(
@@ -104,6 +96,31 @@ def _between(
     return (after - before)[:2], unit(np.polyfit(at_s[visible] - middle, path[visible], 2)[1])
 
 
+def over_belt(
+    root: np.ndarray,
+    ankles: Mapping[str, np.ndarray],
+    time_s: np.ndarray,
+    gait: Gait,
+    ahead: np.ndarray,
+    told: float | None = None,
+    seams: Sequence[int] = (),
+) -> tuple[np.ndarray, float]:
+    """((T, 2), belt speed): the pelvis as the belt of a treadmill sees it, and how fast the belt runs; the same path
+    and 0 where the feet stay.
+
+    told: the belt's speed by its display, in units of length a second, which runs against where the person faces, ahead
+    (2,); None finds velocity and direction by the drift of the feet that stand.
+    """
+    if told is not None:
+        velocity = -told * ahead
+    else:
+        landed = {(step.side, step.stop_s) for step in gait.steps}
+        walked = {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
+        drift = belt_drift(root, ankles, time_s, walked, seams)
+        velocity = np.zeros(2) if drift is None else drift
+    return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))
+
+
 def belt_drift(
     root: np.ndarray,
     ankles: Mapping[str, np.ndarray],
@@ -111,34 +128,21 @@ def belt_drift(
     feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
-    """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where most stay,
-    drifting back by less than 0.7 of how fast they go back under the body, whichever way it walks. Feet that drift
-    ahead are on no belt: their legs were lifted too short. root, ankles: as those of `lengths`."""
-    drifts, backs = carried(root, ankles, time_s, feet, seams)
-    along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)
-    return np.median(drifts, axis=0) if len(along) and np.median(along) > 0 else None
-
-
-def carried(
-    root: np.ndarray,
-    ankles: Mapping[str, np.ndarray],
-    time_s: np.ndarray,
-    feet: Mapping[str, Sequence[Stance]],
-    seams: Sequence[int] = (),
-) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 2) velocities of the feet that lie flat, a row a stance that is seen whole, and (N, 2) those under the body.
-    Arguments as those of `lengths`."""
-    drifts, backs = [], []
+    """(2,) the velocity at which feet that stand are carried along, the median of the stances that are seen whole; None
+    where most stay, drifting back by less than 0.7 of how fast they go back under the body, whichever way it walks.
+    Feet that drift ahead are on no belt: their legs were lifted too short. root, ankles: as of `length_values`."""
+    velocities = []  # of a foot that lies flat, and under the body
     for side, of_side in feet.items():
+        paths = np.hstack([root + ankles[side], ankles[side]])
         for stance in of_side:
             at_s = stance.start_s + np.array(_FLAT) * (stance.stop_s - stance.start_s)
             if np.isfinite(at_s).all():
-                first, last = resample(np.hstack([root + ankles[side], ankles[side]]), time_s, at_s, seams)
-                drift, back = np.split((last - first) / (at_s[1] - at_s[0]), 2)
-                if np.isfinite(drift).all():
-                    drifts.append(drift)
-                    backs.append(back)
-    return np.reshape(drifts, (-1, 2)), np.reshape(backs, (-1, 2))
+                first, last = resample(paths, time_s, at_s, seams)
+                velocities.append((last - first) / (at_s[1] - at_s[0]))
+    drifts, backs = np.split(np.reshape(velocities, (-1, 4)), 2, axis=1)
+    drifts, backs = (each[np.isfinite(drifts).all(axis=1)] for each in (drifts, backs))
+    along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)
+    return np.median(drifts, axis=0) if len(along) and np.median(along) > 0 else None
 
 
 def places(

@@ -23,15 +23,8 @@ from ...models.gait.errors import (
     style_of,
 )
 from ...models.gait.events import Stride, contact_times
-from ...models.gait.gait import (
-    Gait,
-    Values,
-    backward_steps,
-    length_values,
-    over_belt,
-    separation,
-    time_values,
-)
+from ...models.gait.gait import Gait, Values, backward_steps, separation, time_values
+from ...models.gait.parameters import length_values, over_belt
 from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Curves, Measure, Remark, Row, withheld, within
@@ -59,7 +52,7 @@ _IN_STRIDES = (
 _PHASES = ("stance_percent", "swing_percent", "single_support_percent")
 _OF_BOTH = ("walking_speed", "step_length", "stride_length", "step_width")
 _TIMES = ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s")
-# The names of the catalogue by those of models.gait.gait, which end in a unit.
+# The names of the catalogue by those of models.gait, which end in a unit.
 _NAMED = {figure.key: figure.name for figure in FIGURES.values() if figure.group == "walking"}
 
 
@@ -237,7 +230,7 @@ def _means(motion: Motion, gait: Gait, lengths: Values, share: float) -> _Means:
 
 @dataclass(frozen=True)
 class _Means:
-    """Means of gait figures with their errors. gait: "walking" or "running". values: of models.gait.gait, by their
+    """Means of gait figures with their errors. gait: "walking" or "running". values: of models.gait, by their
     names there. errors: those of the poses' source; None states none. leg: length of a leg, root_sd: of the pelvis
     path, in the poses' unit, NaN where unknown. share: of lengths and speed, that is wrong in all alike. depth:
     errors.depth_of_steps. style: errors.style_of the values."""

@@ -22,7 +22,8 @@ from ....pipeline.core.take import Take
 from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
 from ...gait.events import Stance, Step, contact_times
-from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
+from ...gait.gait import Gait, Values, facing_deg, find_gait, time_values
+from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
 from ..common.metrics import Figure
 from ..mocap.contact import true_contact
@@ -35,7 +36,7 @@ SIDES_APART = ", right less left"  # behind the name of a figure
 PATHS = {"focal known": True, "focal assumed": False}
 _UNEVEN = 2.5  # captured validation walks and runs come to 2.4, one of skips to 2.7, a man who hops to 3.4
 _NEAR_S = 0.25  # an event that is found farther off is another one
-# Names of models.gait.gait that are measured, by the names of their means among a run's rows.
+# Names of models.gait that are measured, by the names of their means among a run's rows.
 _ROWS = {
     "walking_speed" if figure.name == "walking_speed" else f"mean_{figure.name}": figure.key
     for figure in FIGURES.values()
@@ -138,7 +139,7 @@ def _even(walk: Sequence[Step]) -> bool:
 
 
 def walks(take: Take, truth: SeenTake, true: Gait) -> Iterator[Case]:
-    """Means of a take's walks or runs, by the names of models.gait.gait, against those of the same steps in truth, and
+    """Means of a take's walks or runs, by the names of models.gait, against those of the same steps in truth, and
     those of the right side less the left's; of static cameras. true: `true_gait` of the truth. Nothing of a take in
     which nobody walks, or no walk is found."""
     walking = take.figures.group("walking")

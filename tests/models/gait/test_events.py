@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.gait.events import Stance, contact_times, stances, strides
+from pcnet3d.models.gait.events import Stance, contact_times, stances, strides, walks
 from pcnet3d.models.gait.gait import find_gait
-from pcnet3d.models.gait.walks import walks
 from pcnet3d.pipeline.core.layouts import H36M17
 
 FPS = 30

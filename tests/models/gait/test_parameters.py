@@ -7,10 +7,9 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
-from pcnet3d.models.gait.events import Stance, Step
-from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
-from pcnet3d.models.gait.parameters import belt_drift
-from pcnet3d.models.gait.walks import walks
+from pcnet3d.models.gait.events import Stance, Step, walks
+from pcnet3d.models.gait.gait import Gait, find_gait, time_values
+from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
 TIME = np.arange(6 * FPS) / FPS
