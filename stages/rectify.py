@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..models import load_rectifier
 from ..models.angle_error.joint_covariance import FOCAL_HEADING, turns_of
 from ..models.common.spread import stated_spread
 from ..models.gravity import (
@@ -24,7 +23,7 @@ from ..models.gravity import (
     why_not,
 )
 from ..models.gravity.moving import timed
-from ..models.rectifier.checked import Checked
+from ..models.rectifier.load import Checked, load_rectifier
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame

@@ -104,13 +104,14 @@ def _run(options: RunOptions, output: Path) -> None:
 
 def _floor(options: RunOptions, output: Path) -> None:
     """output: of the run, whose table is written once more."""
-    from ..lifter.builtin import lift
+    from ...pipeline.core.lifted import ToLift
+    from ..lifter.builtin import lifted
     from ..rectifier.load import load_rectifier
 
     with computing_on(options.device):
         keypoints, size = _seen(options)
-        lifted = lift(keypoints, size).joints
-        joints = lifted if options.poses is None else np.load(options.poses).astype(np.float32)
+        lift = lifted(ToLift(keypoints, size)).poses.joints
+        joints = lift if options.poses is None else np.load(options.poses).astype(np.float32)
         R, _ = load_rectifier("pcnet").rotation(joints)
     _record(joints, np.swapaxes(R, -1, -2) @ np.swapaxes(joints, -1, -2), options.video, output)
 

@@ -19,7 +19,6 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import Lifted, ToLift
-from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import open_onnx
 from . import SHIPPED
@@ -32,40 +31,21 @@ CHUNK = 1024  # frames answered at a time
 _ROWS = 8192  # that are made ready at a time
 
 
-def lift(
-    keypoints: PoseSequence,
-    image_size: tuple[int, int] | None,
-    focal_px: float | None = None,
-    flip: bool = False,
-    model: str | Path = "pcnet3d",
-    up: np.ndarray | None = None,
-) -> PoseSequence:
-    """Lift one person's 2D keypoints to 3D.
+def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
+    """One person's 2D keypoints lifted to 3D. model: "pcnet3d", the shipped one, or a file.
 
-    keypoints: H36M17 (remap first) in IMAGE, pixels; missing joints NaN. image_size: width and height in pixels.
-    focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
-    of the mirrored person, for twice the time. model: "pcnet3d", the shipped one, or a file. up: (3,)
-    unit, or (T, 3) before a camera that moves, which way is up in the camera, where that is known within a few degrees:
-    then a lean away from the camera is told from a camera that looks down. NaN in frames where it is unknown; the lift
-    jumps between those and others.
+    asked: keypoints in IMAGE, pixels, in any layout; missing joints NaN. An unknown focal length is taken for the
+    longer image side. flip: average with the lift of the mirrored person, for twice the time. up: where that is known
+    within a few degrees: then a lean away from the camera is told from a camera that looks down. The lift jumps
+    between frames in which it is NaN and others.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
-    half a second without any joint are NaN; the history counts them. Joints that are missing for a moment are put on a
-    line between where they were seen, others are filled in from the rest of the body. Takes of other frame rates than
-    20 to 60 per second are lifted at one that the network knows (clock.py); without time stamps they count as 30.
-    Raises InputError for another layout or frame, normalised coordinates, an unusable image size, or keypoints
-    that jump between two people.
+    half a second without any joint are NaN. Joints that are missing for a moment are put on a line between where they
+    were seen, others are filled in from the rest of the body. Takes of other frame rates than 20 to 60 per second are
+    lifted at one that the network knows (clock.py); without time stamps they count as 30.
+    Raises InputError for another frame, normalised coordinates, an unusable image size, or keypoints that jump between
+    two people.
     """
-    if keypoints.layout.joints != H36M17.joints:
-        raise InputError(
-            "wrong-content",
-            f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first.",
-        )
-    return lifted(ToLift(keypoints, image_size, focal_px, flip, up=up), model).noted()
-
-
-def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
-    """As `lift`, with all that is said of it, of keypoints in any layout."""
     keypoints, flip, up = remap(asked.keypoints, H36M17), asked.flip, asked.up
     size = checked_size(replace(asked, keypoints=keypoints))
     focal = float(asked.focal_px) if asked.focal_px is not None else ASSUMED_FOCAL * float(size.max())

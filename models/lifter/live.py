@@ -19,7 +19,7 @@ _SETTLED = 10  # rows that tell the usual interval; a stream may begin with a bu
 class LiveLifter:
     """Lifts the newest frame from what came before it; no frame is waited for.
 
-    The answer is the one that lifter.lift gives for the last frame of all so far, at up to 45 frames a second. With
+    The answer is the one that builtin.lifted gives for the last frame of all so far, at up to 45 frames a second. With
     frames on both sides, as in a finished take, it is better: of what a frame's answer rests on, the half that is still
     to come is missing.
     """
@@ -32,7 +32,7 @@ class LiveLifter:
         up: np.ndarray | None = None,
     ) -> None:
         """layout: of the keypoints that will come. image_size: width and height in pixels. focal_px, up: as in
-        lifter.lift."""
+        ToLift."""
         self._layout, self._up = layout, up
         self._size = np.asarray(image_size, dtype=float)
         self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from golden.detections import AS_COCO, coco_tracks
+from golden.lifts import lift
 from pcnet3d.examples.walker import side_camera, walker
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.models.lab.evaluation.runs import evaluation_sets
 from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, see
 from pcnet3d.models.lab.mocap.clips import data_folder, read_clips
-from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.frames import IMAGE as _IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17, remap

@@ -136,7 +136,8 @@ def _read_rectifier(path: Path) -> object:
 
 
 def _read_lifter(path: Path) -> object:
-    from pcnet3d.models.lifter.builtin import _open, lift
+    from golden.lifts import lift
+    from pcnet3d.models.lifter.builtin import _open
     from pcnet3d.pipeline import H36M17, PoseSequence
     from pcnet3d.pipeline.core.frames import IMAGE
 

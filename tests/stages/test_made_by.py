@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from golden.jumps import jumping
+from golden.lifts import lift
 from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
-from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE

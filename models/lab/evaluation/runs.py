@@ -100,7 +100,7 @@ def evaluation_sets(sets: Sets = "val") -> tuple[EvaluationSet, ...]:
 
 @dataclass(frozen=True)
 class Question:
-    """What every report is asked. rectifiers: those that are judged. lifter: what lifts (lifter.builtin.lift).
+    """What every report is asked. rectifiers: those that are judged. lifter: what lifts (lifter.builtin.lifted).
     seed: of cameras and detectors. people: whose takes, before the cameras of `bed`; None for a report on other data.
     """
 

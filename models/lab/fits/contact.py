@@ -17,6 +17,7 @@ import numpy as np
 
 from ....pipeline.core.extras import needed_for
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
 from ....pipeline.signals.filters import lowpass
@@ -24,7 +25,7 @@ from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gait.contact import SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR
-from ...lifter.builtin import lift
+from ...lifter.builtin import lifted
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, joints_of, see
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..mocap.contact import true_contact
@@ -56,13 +57,13 @@ def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np
     parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     for clip in clips:
         seen = see(clip, seed, views=BEDS[bed])
-        lifted = joints_of(lift(seen.keypoints, seen.image_size, None), seen.truth)
+        lift = joints_of(lifted(ToLift(seen.keypoints, seen.image_size)).poses, seen.truth)
         time_s = seen.keypoints.times
         spells = true_contact(clip.joints, time_s)
         runs = np.where(floor_speed(clip.joints, clip.fps) > _RUN_MPS, _RUNS, 1.0)
         off = Rotation.from_rotvec([*rng.normal(0, np.radians(_TILT_DEG), 2), 0.0]).as_matrix()
         captured = relative(clip.joints.astype(np.float64))
-        for level in (rotate(off @ seen.R_camera_from_world.T, lifted), captured):
+        for level in (rotate(off @ seen.R_camera_from_world.T, lift), captured):
             body = in_body(level, time_s)
             for side in SIDES:
                 features = window_features(body, time_s, side)

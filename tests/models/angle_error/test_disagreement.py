@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from golden.lifts import lift
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.disagreement import by_disagreement
 from pcnet3d.models.angle_error.take_angles import TakeJoints, take_angles
-from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import H36M17, PoseSequence
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, UNTRUSTED

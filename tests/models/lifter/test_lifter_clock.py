@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from golden.lifts import lift
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import joint_error
 from pcnet3d.models.lab.common.metrics import scaled
-from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.models.lifter.clock import averaged, clock_of
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcnet3d.models.lifter.builtin import lift
+from golden.lifts import lift
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import COCO17

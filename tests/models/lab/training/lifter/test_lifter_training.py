@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.lifts import lift
 from golden.trainings import LIFTER, tiny
 from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.models.lab.train import train
-from pcnet3d.models.lifter.builtin import lift, network
+from pcnet3d.models.lifter.builtin import network
 from pcnet3d.models.lifter.builtin import run as lift_features
 from pcnet3d.models.lifter.features import CHANNELS
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
