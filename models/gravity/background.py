@@ -27,7 +27,6 @@ _SAME = 2.0  # pixels: corners that move as one picture does that is shifted, tu
 _SPREAD = 0.14
 _ZOOM = 0.05  # a second, of the picture's scale; and in all, of one that grows, or shrinks, most of the time
 _DRIFT = 0.5  # of the way: net of it, below which a picture trembles to and fro
-_WITH = 0.5  # of the background's speed: who is slower than that in the image is followed
 
 
 @dataclass(frozen=True)
@@ -95,14 +94,12 @@ def stands(images: Mapping[int, np.ndarray], boxes: Mapping[int, np.ndarray]) ->
 
 @dataclass(frozen=True)
 class Glimpse:
-    """Two images `apart_s` seconds from each other, the first at `time_s`. person: (2,) by how much the person moves in
-    the image from one to the other, in its longer sides; NaN where nobody is seen. onward: from the first image to that
-    of the next glimpse, None where the place is not found again there."""
+    """Two images `apart_s` seconds from each other, the first at `time_s`. onward: from the first image to that of the
+    next glimpse, None where the place is not found again there."""
 
     time_s: float
     apart_s: float
     shift: Shift
-    person: np.ndarray
     onward: Shift | None = None
 
 
@@ -140,7 +137,4 @@ def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
         return Background("zooming", speed, reach)
     if reach < TREMBLE or (np.hypot(*path[-1]) < _DRIFT * way and reach < 10 * TREMBLE):
         return Background("hand-held", speed, reach)
-    people = np.array([each.person for each in glimpses]) / apart[:, None]
-    in_view = np.isfinite(people).all(axis=1)
-    slower = np.hypot(*people[in_view].T) < _WITH * np.hypot(*speeds[in_view].T)
-    return Background("following" if in_view.any() and slower.mean() > _MOST else "panning", speed, reach)
+    return Background("panning", speed, reach)

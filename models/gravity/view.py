@@ -86,7 +86,7 @@ def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, i
     starts = np.linspace(span[0], max(span[1] - soon, span[0]), _GLIMPSES).round().astype(int)
     pairs = [(int(start), int(start) + soon) for start in np.unique(starts)]
     frames = sorted({frame for pair in pairs for frame in pair})
-    images, boxes, side = images_at(video, frames), _boxes(people, frames), max(shown_size(video))
+    images, boxes = images_at(video, frames), _boxes(people, frames)
 
     def moved(start: int, end: int) -> Shift | None:
         return shift(images[start], images[end], [boxes[start], boxes[end]])
@@ -96,15 +96,9 @@ def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, i
     glimpses = []
     for (start, end, way), after in zip_longest(shifts, shifts[1:]):
         apart_s = float(video.time_s[end] - video.time_s[start])
-        person = (_middle(boxes[end]) - _middle(boxes[start])) / side
         onward = moved(start, after[0]) if after else None
-        glimpses.append(Glimpse(float(video.time_s[start]), apart_s, way, person, onward))
+        glimpses.append(Glimpse(float(video.time_s[start]), apart_s, way, onward))
     return background_of(glimpses)
-
-
-def _middle(boxes: np.ndarray) -> np.ndarray:
-    """(2,) of all people of boxes (N, 4), in pixels; NaN without any."""
-    return (boxes[:, :2] + boxes[:, 2:]).mean(axis=0) / 2 if len(boxes) else np.full(2, np.nan)
 
 
 def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:

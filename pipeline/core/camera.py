@@ -39,11 +39,11 @@ class Look:
 
 @dataclass(frozen=True)
 class Background:
-    """How the background of the images moves, outside people. kind: "hand-held" shakes about one place, "following"
-    goes with the person, "panning" without, "zooming" grows or shrinks. speed: longer sides of the image a second, a
+    """How the background of the images moves, outside people. kind: "hand-held" shakes about one place,
+    "panning" goes elsewhere, "zooming" grows or shrinks. speed: longer sides of the image a second, a
     median; reach: as far as the image's middle wanders in all, in longer sides."""
 
-    kind: Literal["still", "hand-held", "panning", "following", "zooming"]
+    kind: Literal["still", "hand-held", "panning", "zooming"]
     speed: float = 0.0
     reach: float = 0.0
 
@@ -51,8 +51,7 @@ class Background:
     def words(self) -> str:
         """What the camera does."""
         return {"still": "stands still", "hand-held": "shakes", "panning": "pans or travels",
-                "zooming": "zooms or travels",
-                "following": "follows the person"}[self.kind]  # fmt: skip
+                "zooming": "zooms or travels"}[self.kind]  # fmt: skip
 
     @property
     def moves(self) -> bool:
