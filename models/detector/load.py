@@ -8,13 +8,12 @@ from typing import Any
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.registry import open_model
-from ..common.onnx import OnnxFile, open_onnx
+from ..common.onnx import open_onnx
 from .function import FunctionDetector
-from .looks import MOST_LOOKS
-from .movenet import MoveNet, MultiMoveNet
+from .movenet import MoveNet
 from .protocols import CropNetwork, Detector, Found, PersonNetwork
 from .rtmpose import SimCC
-from .topdown import Follower, TopDown
+from .topdown import MOST_LOOKS, Follower, TopDown
 from .yolox import PersonBoxes
 
 __all__ = ["Detector", "Found", "load_detector"]
@@ -33,11 +32,10 @@ def load_detector(
     """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file; or one that
     is a function (function.py), whose joints are in that layout, if their number does not tell.
 
-    Files may hold MoveNet (one person, or up to six), and RTMPose and other SimCC networks. One that looks at a single
-    person follows it through the images, or gets everybody's box from `person_detector`, a name or the .onnx file of a
-    YOLOX. everybody: get the boxes from YOLOX where no other is named. looks: at every person that such a network looks
-    at, 1 to 4 (looks.py); None for 2, or 1 where the network finds people by itself. InputError when there is no such
-    name or file, or it is of another kind.
+    Files may hold MoveNet, and RTMPose and other SimCC networks, which look at a single person: they follow one through
+    the images, or get everybody's box from `person_detector`, a name or the .onnx file of a YOLOX. everybody: get the
+    boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 to 4
+    (topdown.SeveralLooks); None for 2. InputError when there is no such name or file, or it is of another kind.
     """
     if looks is not None and not 1 <= looks <= MOST_LOOKS:
         raise InputError(
@@ -51,23 +49,11 @@ def load_detector(
         opened = FunctionDetector(detector, joints)
         name = f"The function {opened.method}"
     if isinstance(opened, Path):
-        path, what = opened, "a network that finds joints in images"
-        network = open_onnx(path, what)
-        opened, name = _joints(network), str(network.path)
-        if isinstance(opened, MoveNet):
-            # What MoveNet of 8-bit weights answers depends on the number of threads; one is as fast.
-            opened = MoveNet(open_onnx(path, what, threads=1))
-        if opened is None:
-            raise InputError(
-                "wrong-network",
-                f"{name} is not a network that finds joints in images: expected MoveNet or SimCC outputs, got "
-                f"{network.looks}.",
-            )
-        if not isinstance(opened, MultiMoveNet):
-            count = _USUAL_LOOKS if looks is None else looks
-            if person_detector is None and not everybody:
-                return Follower(opened, count)
-            return TopDown(opened, _persons(person_detector or _USUAL_PERSONS), count)
+        joints_of_one = _joints(opened)
+        count = _USUAL_LOOKS if looks is None else looks
+        if person_detector is None and not everybody:
+            return Follower(joints_of_one, count)
+        return TopDown(joints_of_one, _persons(person_detector or _USUAL_PERSONS), count)
     if person_detector is not None:
         raise InputError(
             "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."
@@ -79,20 +65,21 @@ def load_detector(
     return opened
 
 
-def _joints(network: OnnxFile) -> CropNetwork | MultiMoveNet | None:
-    if len(network.inputs) != 1:
-        return None
-    (image,) = network.inputs.values()
+def _joints(path: Path) -> CropNetwork:
+    what = "a network that finds joints in images"
+    network = open_onnx(path, what)
+    shapes = list(network.inputs.values())
     outputs = [shape[1:] for shape in network.outputs.values()]
-    if len(image) != 4:
-        return None
-    if image[1] == 3 and {"simcc_x", "simcc_y"} <= network.outputs.keys():
-        return SimCC(network)
-    if image[3] == 3 and outputs == [(1, 17, 3)]:
-        return MoveNet(network)
-    if image[3] == 3 and outputs == [(6, 56)]:
-        return MultiMoveNet(network)
-    return None
+    if len(shapes) == 1 and len(shapes[0]) == 4:
+        if shapes[0][1] == 3 and {"simcc_x", "simcc_y"} <= network.outputs.keys():
+            return SimCC(network)
+        if shapes[0][3] == 3 and outputs == [(1, 17, 3)]:
+            # What MoveNet of 8-bit weights answers depends on the number of threads; one is as fast.
+            return MoveNet(open_onnx(path, what, threads=1))
+    raise InputError(
+        "wrong-network",
+        f"{network.path} is not {what}: expected MoveNet's outputs for one person, or SimCC's; got {network.looks}.",
+    )
 
 
 def _persons(name: str | Path) -> PersonNetwork:

@@ -40,16 +40,6 @@ def test_the_person_is_followed_and_found_again_when_lost(toys, toy):
     assert detector.people(toys.scene(None), before) == ()
 
 
-def test_multipose_keeps_the_sure_people(toys, tmp_path):
-    answer = np.zeros((1, 6, 56), np.float32)
-    for row, score in ((0, 0.8), (3, 0.6), (4, 0.1)):
-        answer[0, row, 0:51:3], answer[0, row, 1:51:3], answer[0, row, 2:51:3] = 0.5, 0.25 + row / 10, 0.7
-        answer[0, row, 55] = score
-    path = toys.constant_graph(tmp_path / "multi.onnx", (1, 256, 256, 3), {"output": answer})
-    people = load_detector(path).people(np.zeros((200, 200, 3), np.uint8))
-    np.testing.assert_allclose([one.xy[0] for one in people], [[50, 100], [110, 100]], atol=1)
-
-
 @pytest.mark.parametrize(("joints", "layout"), [(17, COCO17), (26, HALPE26), (133, COCO23)])
 def test_simcc_peaks_become_pixels(toys, tmp_path, joints, layout):
     """Bins twice as fine as the input of 192 x 256; the whole image of 300 x 400 is the crop."""
@@ -97,6 +87,7 @@ def test_people_come_from_the_boxes_of_a_person_detector(toys, toy, tmp_path):
         ((1, 3, 224, 224), {"class": np.zeros((1, 1000), np.float32)}),
         ((1, 17, 3), {"rotation": np.zeros((1, 3, 3), np.float32)}),
         ((1, 192, 192, 3), {"output": np.zeros((1, 1, 21, 3), np.float32)}),
+        ((1, 256, 256, 3), {"output": np.zeros((1, 6, 56), np.float32)}),  # MoveNet, of several people
     ],
 )
 def test_a_network_of_another_kind(toys, toy, tmp_path, shape, answers):

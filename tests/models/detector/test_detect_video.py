@@ -67,7 +67,7 @@ def test_a_person_of_whom_the_detector_is_hardly_sure_is_named(walk_film, toy, t
     for low, named in ((1.0, True), (0.3, False)):
         score = found.confidence.copy()
         score[: round(low * len(score))] = 0.4
-        for method, known in ((found.method, True), ("simcc@0", False), ("movenet-multipose@0", False)):
+        for method, known in ((found.method, True), ("simcc@0", False)):
             told = replace(found, confidence=score, method=method)
             said = tuple(told.doubts(*told.people()))
             assert [each.code for each in said] == ["hardly-a-person"] * (named and known)

@@ -7,9 +7,8 @@ import pytest
 
 from pcnet3d.models.detector.crops import Crop
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.models.detector.looks import MOST_LOOKS, SeveralLooks
 from pcnet3d.models.detector.protocols import Found
-from pcnet3d.models.detector.topdown import Follower
+from pcnet3d.models.detector.topdown import MOST_LOOKS, Follower, SeveralLooks
 from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.detect import Detect
@@ -137,9 +136,7 @@ def test_how_many_looks_a_detector_takes(tmp_path, toys):
     assert Detect().looks is None
 
 
-def test_a_network_that_sees_everybody_at_once_looks_once(tmp_path, toys):
-    answer = np.zeros((1, 6, 56), np.float32)
-    path = toys.constant_graph(tmp_path / "multi.onnx", (1, 256, 256, 3), {"output": answer})
-    assert load_detector(path, looks=None).method.startswith("movenet-multipose@")
+def test_a_detector_that_sees_everybody_at_once_looks_once():
+    assert load_detector(lambda image: None, looks=None).method.startswith("<lambda>")
     with pytest.raises(InputError, match=r"looks at all people at once; leave --set detect.looks=2 out"):
-        load_detector(path, looks=2)
+        load_detector(lambda image: None, looks=2)
