@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from .pipeline.core.take import Take
     from .pipeline.files.finished import read_run
     from .pipeline.reading.load import read
-    from .pipeline.running.process import process, run
+    from .pipeline.running.process import process
     from .stages.rectify import rectify
 
     __version__: str
@@ -42,7 +42,7 @@ __all__ = [
     "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO18", "COCO23", "GL_CAMERA", "H36M17",
     "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18", "SOMA30", "SOMA77", "Y_UP",
     "Z_UP", "Frame", "InputError", "Layout", "MadeBy", "PoseSequence", "Rectified", "Take", "__version__", "adapters",
-    "models", "pipeline", "process", "read", "read_run", "rectify", "run", "stages",
+    "models", "pipeline", "process", "read", "read_run", "rectify", "stages",
 ]  # fmt: skip
 
 _named, __dir__ = lazily(__name__)

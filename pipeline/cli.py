@@ -43,23 +43,14 @@ def _points(group: str = "commands") -> dict[str, EntryPoint]:
 
 
 class _Command(TyperCommand):
-    """A command that says how an option without a flag of its own is given, and takes finite numbers only; -q and -v
-    may stand behind its name too."""
+    """A command that takes finite numbers only; -q and -v may stand behind its name too."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        flags = {flag for parameter in self.params for flag in parameter.opts}
         words = args[: args.index("--")] if "--" in args else args
         for word in words:
             if word in _DETAILS:
                 set_detail(_DETAILS[word])
         args = [word for word in words if word not in _DETAILS] + args[len(words) :]
-        unknown = {word.partition("=")[0] for word in words if word.startswith("--")} - flags
-        if "--set" in flags:
-            from .reading.settings import in_words, settings_named
-
-            for flag in unknown:
-                if settings := settings_named(flag):
-                    raise InputError("name-unknown", f"There is no {flag}; give {in_words(settings)}.")
         rest = super().parse_args(ctx, args)
         for parameter in self.params:
             value = ctx.params.get(parameter.name)
@@ -118,8 +109,6 @@ def _version(asked: bool) -> None:
         from .core.pose import package_version
 
         print(f"pcnet3d {package_version()}")
-        for network in registry.networks():
-            print(*network)
         raise typer.Exit
 
 
@@ -162,7 +151,7 @@ def _program(
             "--version",
             callback=_version,
             is_eager=True,
-            help="Print the version and the networks that come with it.",
+            help="Print the version.",
         ),
     ] = False,
     quiet: Annotated[bool, _detail("quiet", "Print only errors and the result.")] = False,
@@ -173,21 +162,14 @@ def _program(
 
 def view(
     folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
-    report: Annotated[
-        bool, typer.Option("--report", help="Open the HTML page instead: of a run, a study or a comparison.")
-    ] = False,
     web: Annotated[
         bool, typer.Option("--web", help="Open the recording in a browser on this machine.")
     ] = False,
 ) -> None:
-    """Open a run's recording, or its report."""
+    """Open a run's recording."""
     from .files import viewer
 
-    if report and web:
-        raise InputError(
-            "option-conflict", "--web shows the recording and --report the page; give one of them."
-        )
-    viewer.view_page(folder) if report else viewer.view(folder, web)
+    viewer.view(folder, web)
 
 
 def inspect(

@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import os
 import subprocess
-import webbrowser
 from pathlib import Path
 
 from ..core.errors import InputError
-from .atomic import REPORT
-from .names import PAGES, RECORDING, find_page
+from .names import RECORDING
 
 _HERE = "127.0.0.1"
 # The viewer sends usage data unless it believes to be in continuous integration, and asks GitHub for its newest
@@ -49,20 +47,6 @@ def find_recording(folder: Path) -> Path:
             "format-unknown", f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}."
         )
     return path
-
-
-def view_page(folder: Path) -> None:
-    """Open the folder's page in the browser, or say where it is on a machine without one. InputError when there is no
-    page."""
-    page = find_page(folder)
-    if page is None:
-        inside = sorted(run.parent.name for run in folder.glob(f"*/{REPORT}"))
-        hint = f"; it holds runs, such as {folder / inside[0]}" if inside else ""
-        raise InputError(
-            "format-unknown", f"Expected a folder with one of {', '.join(PAGES)}, got {folder}{hint}."
-        )
-    if not webbrowser.open(page.resolve().as_uri()):
-        print(f"There is no browser here; open {page}")
 
 
 def viewer_executable() -> str:

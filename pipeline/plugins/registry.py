@@ -127,16 +127,6 @@ def _text(value: str | tuple[str, ...]) -> str:
     return value if isinstance(value, str) else " ".join(value)
 
 
-def networks() -> list[tuple[str, str, str, str]]:
-    """Kind, name, file and digest of every network that is installed with a package. Downloaded ones are not."""
-    models = ((_one(group), name, model) for group in _OPENED for name, model in load_all(group).items())
-    return [
-        (kind, name, file, digest)
-        for kind, name, model in models
-        for file, digest in getattr(model, "digests", {}).items()
-    ]
-
-
 def _checked(group: str, name: str, loaded: Any, socket: tuple[str, ...]) -> Any:
     missing = [attribute for attribute in socket if not hasattr(loaded, attribute)]
     if missing:

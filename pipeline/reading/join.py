@@ -22,7 +22,6 @@ from ..signals.filters import nearest_row, rate
 from .bounds import check_fps, check_times, rate_doubts
 from .load import Source
 from .settings import RunOptions
-from .together import same_person
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
 _OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second
@@ -76,12 +75,6 @@ class Files:
             return False
         people = (*self.poses.people, *self.keypoints.people)
         return len(people) > 2 and any(person.linked for person in people)
-
-    def track_of(self, poses: PoseSequence) -> PoseSequence:
-        """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
-        assert self.keypoints is not None
-        tracks = self.keypoints.people
-        return same_person(poses, tracks, self._named, self.image_size, self.options.focal)
 
     def joined(
         self, poses: PoseSequence | None, keypoints: PoseSequence | None

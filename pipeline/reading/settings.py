@@ -7,7 +7,7 @@ A field without a place on the command line is given as `--set read.FIELD=VALUE`
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import date
 from functools import wraps
@@ -15,19 +15,26 @@ from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
 import typer
-from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
+from pydantic import (
+    AllowInfNan,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    InstanceOf,
+    ValidationError,
+    ValidationInfo,
+)
 from typer.models import ParameterInfo
 
 from ..core.device import Device
 from ..core.errors import InputError
 from ..core.take import Check, Handedness, Session, Swaps, Told
 from ..files.atomic import printable
-from ..plugins import registry
-from ..plugins.options import did_you_mean, option_types, pairs
+from ..plugins.options import did_you_mean, pairs
+from .load import Source
 from .normalise import Guards, Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
-_OF_RUN = ("folder", "everybody")  # options of stages that the run itself gives them
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
 _INPUT, _PERSON, _CAMERA, _OUTPUT = "Input", "Person", "Camera", "Output"
@@ -236,6 +243,9 @@ class RunOptions(BaseModel):
     keypoints_adapter: str = "auto"
     keypoints_person: str | None = None
     keypoints_options: Annotated[dict[str, Any], BeforeValidator(_pairs)] = {}
+    in_memory: dict[
+        str, InstanceOf[Source]
+    ] = {}  # "poses", "keypoints": instead of files; their labels stand there
 
     def __init__(self, **given: Any) -> None:
         try:
@@ -277,7 +287,7 @@ PLACES: dict[str, ParameterInfo] = _marked(ParameterInfo)  # of the fields that 
 
 def reading_options() -> tuple[str, ...]:
     """The fields that are given as `read.FIELD`."""
-    own = {*PLACES, "keypoints_options"}
+    own = {*PLACES, "keypoints_options", "in_memory"}
     return tuple(name for name in RunOptions.model_fields if name not in own)
 
 
@@ -287,23 +297,6 @@ def flag_of(name: str) -> str:
         return f"--set {READ}.{name}"
     longest = [flag for flag in getattr(PLACES[name], "param_decls", None) or () if flag.startswith("--")]
     return longest[0] if longest else "--" + name.replace("_", "-")
-
-
-def settings_named(name: str) -> list[str]:
-    """What --set takes for an option that has no flag of its own: one of reading, those of stages, or a stage that is
-    left out; none for a name that there is not."""
-    name = name.lstrip("-").replace("-", "_")
-    stages = {} if name in _OF_RUN else registry.load_all("stages")
-    if name in reading_options():
-        return [f"{READ}.{name}=VALUE"]
-    if name.removeprefix("no_") in stages:
-        return [f"{name.removeprefix('no_')}={OFF}"]
-    return [f"{stage}.{name}=VALUE" for stage, kind in stages.items() if name in option_types(kind)]
-
-
-def in_words(settings: Iterable[str]) -> str:
-    """As on the command line."""
-    return " ".join(f"--set {setting}" for setting in settings)
 
 
 def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -343,8 +336,7 @@ def _refusal(error: ValidationError) -> InputError:
     if isinstance(cause, InputError):
         return cause
     if first["type"] == "extra_forbidden":
-        others = settings_named(name)
-        hint = f"it is {in_words(others)}." if others else did_you_mean(name, RunOptions.model_fields)
+        hint = did_you_mean(name, RunOptions.model_fields)
         return InputError("name-unknown", f"A run has no option '{name}'; {hint}")
     return InputError("bad-value", f"{flag_of(name)}={first['input']}: {first['msg']}.")
 

@@ -20,31 +20,20 @@ from ..signals.swaps import treated
 from ..signals.visibility import check_size
 from .again import rejoined
 from .bounds import check_times
-from .choose import RANKS, choose_detected, choose_person
+from .choose import RANKS, choose_detected, choose_person, listed_people
 from .join import Files, coverage, part_of, range_note, rows_within
 from .load import Source, load, read_video
 from .settings import RunOptions
 from .together import together
 
 
-@dataclass(frozen=True, eq=False)
-class Given:
-    """Poses and keypoints that are no files (reading/given.py). Options name each by what its `path` is."""
-
-    poses: Source | None = None
-    keypoints: Source | None = None
-
-
-_NONE = Given()
-
-
-def open_take(options: RunOptions, given: Given = _NONE) -> Take:
+def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    given: instead of the files of poses and keypoints. Without poses, frame numbers and clock are those of the
+    Without poses, frame numbers and clock are those of the
     keypoints. With a video alone the take has neither poses nor keypoints.
     """
-    files = _read(options, given)
+    files = _read(options)
     if files.poses is None and files.keypoints is None:
         return _video_alone(files)
     poses = _poses(files)
@@ -65,9 +54,8 @@ class Person:
 def open_people(options: RunOptions) -> tuple[Person, ...]:
     """A take of each person in the file of poses or, without one, of keypoints; a person not readable has a reason.
 
-    Keypoints beside poses belong to the person of the same name, or where a file's people have none of their own, to
-    the one whose limbs lie as theirs. Raises InputError when a file cannot be read at all, and when the two files name
-    other people.
+    Keypoints beside poses belong to the person of the same name. Raises InputError when a file cannot be read at all,
+    and when the two files name other people, or number them by themselves.
     """
     files = _read(options)
     poses, keypoints = files.poses, files.keypoints
@@ -76,9 +64,9 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
             "option-conflict",
             "--set read.keypoints_person names one person, but the run is for all people; leave it out.",
         )
-    if poses and keypoints and not files.nameless:
+    if poses and keypoints:
         names = [sorted(person.person for person in file.people) for file in (poses, keypoints)]
-        if names[0] != names[1]:
+        if files.nameless or names[0] != names[1]:
             raise InputError(
                 "files-apart",
                 f"{poses.path} holds the people {', '.join(names[0])} and {keypoints.path} {', '.join(names[1])}, so "
@@ -89,10 +77,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     for person in files.lead.people:
         try:
             body = poses.normalised(person, guards=options.guards) if poses else None
-            track = None
-            if keypoints:
-                own = files.track_of(body) if body is not None and files.nameless else tracks[person.person]
-                track = keypoints.normalised(own)
+            track = keypoints.normalised(tracks[person.person]) if keypoints else None
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(person.person)}")
             frames = len(take.rows or ())
@@ -102,7 +87,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     return tuple(people)
 
 
-def _read(options: RunOptions, given: Given = _NONE) -> Files:
+def _read(options: RunOptions) -> Files:
     video = read_video(options.video) if options.video else None
     if video is not None and options.image_size not in (None, size := shown_size(video)):
         width, height = options.image_size
@@ -112,7 +97,7 @@ def _read(options: RunOptions, given: Given = _NONE) -> Files:
             f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
             "detected in a copy of another size.",
         )
-    poses, keypoints = given.poses, given.keypoints
+    poses, keypoints = (options.in_memory.get(role) for role in ("poses", "keypoints"))
     if options.poses and poses is None:
         poses = load(options.poses, options.adapter, "poses", options.options)
     if options.keypoints and keypoints is None:
@@ -256,8 +241,7 @@ def _keypoints(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
 
 
 def _track(files: Files, file: Source, poses: PoseSequence | None) -> PoseSequence:
-    """The track of a file of keypoints that is named, alone, or fits the poses, by its length where these have no
-    numbers or by the limbs where names say nothing."""
+    """The track of a file of keypoints that is named or alone, or as long as the poses where these have no numbers."""
     options, where = files.options, str(file.path)
     tracks = file.people if poses is not None else _tracks(files, file)
     person = options.person if len(tracks) > 1 else None
@@ -278,7 +262,12 @@ def _track(files: Files, file: Source, poses: PoseSequence | None) -> PoseSequen
             )
     if files.poses and len(files.poses.people) > 1 and len(tracks) > 1:
         if files.nameless:
-            return files.track_of(poses)
+            raise InputError(
+                "choose-person",
+                f"Nothing says which track of {where} is person '{poses.person}' of {options.poses}, for the people of "
+                f"both are numbered by themselves: it holds {listed_people(tracks)}; choose one with --set "
+                "read.keypoints_person=NAME, or leave --keypoints out.",
+            )
         # A rank means metres in one file and pixels in the other, so the poses' choice holds for both.
         person = poses.person if person in RANKS else person
     return choose_person(tracks, person, where)

@@ -16,13 +16,11 @@ import numpy as np
 
 from ..core.anthropometry import implied_stature
 from ..core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
-from ..core.errors import InputError
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..signals.reprojection import FEWEST, JOINTS, keypoint_rays, off_rays
-from .choose import listed_people
 
 _ROWS = 60  # that are compared, evenly spread
 _ENOUGH = 20  # rows that both have
@@ -34,19 +32,14 @@ _OFF, _BETTER = 0.065, 1.06
 # most, none is better elsewhere by more than 1.03; of pairs of different recordings none is off by less than 0.079.
 _OFF_UNSIZED = 0.09
 _FAR_SIZE, _FAR_PX = (200_000, 200_000), 1e6
-# Everybody else's track is so much farther off than a person's own, which is _OFF at most. Lifts of real takes by
-# MotionBERT, MHFormer and BlazePose are 0.012 to 0.05 off their own keypoints or another detector's, 0.05 to 0.15 off
-# the same person's a third of a second later, and 0.12 to 0.24 off another person's.
-_LEAST, _BY_FAR = 0.012, 1.5
 
 
 @dataclass(frozen=True)
 class Fit:
-    """frames: compared. off: median distance of joints from the rays of their keypoints, in statures, as numbered.
-    best: the same where the poses' numbers grow `rate` times as fast and the first is `lag` frames later. sized:
-    whether the image's size is known."""
+    """off: median distance of joints from the rays of their keypoints, in statures, as numbered. best: the same where
+    the poses' numbers grow `rate` times as fast and the first is `lag` frames later. sized: whether the image's size is
+    known."""
 
-    frames: int
     off: float
     best: float
     lag: int
@@ -97,34 +90,7 @@ def together(
     others |= {(0, rate): each.off(0, rate) for rate in RATES if rate != 1}
     offs = {key: float(np.median(off)) for key, off in others.items() if off is not None}
     lag, rate = min(offs, key=lambda key: (offs[key], abs(key[1] - 1), abs(key[0])))
-    return Fit(len(numbered), offs[0, 1.0], offs[lag, rate], lag, rate, image_size is not None)
-
-
-def same_person(
-    poses: PoseSequence,
-    tracks: tuple[PoseSequence, ...],
-    where: str,
-    image_size: tuple[int, int] | None = None,
-    focal_px: float | None = None,
-) -> PoseSequence:
-    """The 2D track that shows the person of 3D poses. InputError unless one does by far, and for poses in a world,
-    which do not tell what an image shows.
-
-    poses: H36M17, of a camera in CAMERA. tracks: in IMAGE, by the same frame numbers. where: both files, for errors.
-    The step that is noted says how far apart the two are.
-    """
-    of_camera = poses.frame.family == "camera"
-    fits = [together(poses, track, image_size, focal_px) if of_camera else None for track in tracks]
-    apart = [np.inf if fit is None else fit.off for fit in fits]
-    best, *others = np.argsort(apart).tolist()
-    if apart[best] > _OFF or any(apart[other] < _BY_FAR * max(apart[best], _LEAST) for other in others):
-        raise InputError(
-            "choose-person",
-            f"The people of {where} have separate numbers, and the limbs do not show which track is person "
-            f"'{poses.person}': the second holds {listed_people(tracks)}; choose it with --set "
-            "read.keypoints_person=NAME, or leave --keypoints out.",
-        )
-    return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
+    return Fit(offs[0, 1.0], offs[lag, rate], lag, rate, image_size is not None)
 
 
 def _centred(keypoints: PoseSequence) -> PoseSequence:

@@ -25,17 +25,15 @@ def run(
     """
     chosen = planned(options)
     check_replaceable(output, force, inputs_of(options, chosen))
-    kept = checkpoint_of(output) if chosen.has("detect") else None
     names = ["read", *(entry.use for entry in chosen.stages)]
     for entry in chosen.stages:
         debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
+    kept = checkpoint_of(output) if chosen.has("detect") else None
     with telling_of_kept(kept, resume), stages(names) as done:
         go = run_people if options.everyone else run_files
         ended = go(options, output, resume=resume, force=force, done=done)
-    if isinstance(ended, Take):
-        code = conclude({"": ended}, output, strict)
-        code = 130 if any(each.code == "interrupted" for each in ended.notices) else code
-    else:
-        code = conclude_people(ended, output, strict)
+    alone = isinstance(ended, Take)
+    code = conclude({"": ended}, output, strict) if alone else conclude_people(ended, output, strict)
+    code = 130 if alone and any(each.code == "interrupted" for each in ended.notices) else code
     if code:
         raise typer.Exit(code)

@@ -16,7 +16,7 @@ from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
 from ..signals.checks import nobody_upright
-from .people import PersonRun
+from .run import PersonRun
 
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from ..core.errors import InputError
 from ..core.take import Told
 from ..plugins import registry
-from ..plugins.options import checked, option_types
+from ..plugins.options import checked
 from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
-
-# Options of stages that there are not, for they are told of the recording, and how they are told.
-_TOLD = {tells.field: flag_of(name) for name, tells in TOLD.items()} | {"frames": flag_of("no_frames")}
 
 
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
@@ -27,7 +23,11 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
-    chosen = _checked(recipe, options.recipe)
+    if recipe is not None and options.recipe is not None:
+        raise InputError(
+            "option-conflict", f"Expected one recipe, got another beside {options.recipe}; leave one out."
+        )
+    chosen = load_recipe(options.recipe) if recipe is None else recipe
     off = [name for name, value in options.settings.items() if value == OFF and "." not in name]
     if recipe is None:
         needed = {"lift": options.poses is None, "calibrate": options.video is not None, "detect": alone}
@@ -46,18 +46,6 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     return chosen
 
 
-def _checked(recipe: Recipe | None, path: Path | None) -> Recipe:
-    """The recipe, or that of a file, or the default one. InputError for two, and for an option of a stage that it does
-    not have any more."""
-    if recipe is not None and path is not None:
-        raise InputError("option-conflict", f"Expected one recipe, got another beside {path}; leave one out.")
-    chosen = load_recipe(path) if recipe is None else recipe
-    for entry in chosen.stages:
-        for key, value in entry.options.items():
-            _check_own(entry.use, key, value)
-    return chosen
-
-
 def _with_options(recipe: Recipe, options: Mapping[tuple[str, str], Any]) -> Recipe:
     """With the values of options by how each was given and its "STAGE.KEY"."""
     for (way, place), value in options.items():
@@ -69,19 +57,9 @@ def _with_options(recipe: Recipe, options: Mapping[tuple[str, str], Any]) -> Rec
 
 def checked_setting(name: str, value: Any) -> Any:
     """The value of "STAGE.KEY" in the type that the stage asks for; InputError for a stage, an option or a type that is
-    none, naming the nearest that exist, and for what is told of the recording."""
+    none, naming the nearest that exist."""
     stage, _, key = name.partition(".")
-    _check_own(stage, key, value)
     return checked(registry.load("stages", stage), what=f"Stage '{stage}'", options={key: value})[key]
-
-
-def _check_own(stage: str, key: str, value: Any) -> None:
-    """InputError for an option of a stage that has none of that name, because it is told of the recording."""
-    if key in _TOLD and key not in option_types(registry.load("stages", stage)):
-        raise InputError(
-            "name-unknown",
-            f"{stage}.{key} is not an option of a stage, but of the recording, for all stages; give {_TOLD[key]}.",
-        )
 
 
 def _check_read(told: Told, recipe: Recipe) -> None:

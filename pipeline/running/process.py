@@ -1,9 +1,9 @@
-"""A whole run from Python: files, arrays or functions in, the take out (`process`), or a folder of results (`run`)."""
+"""A whole run from Python: files, arrays or functions in; a take out, or a folder of results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,12 @@ from ..core.layouts import Layout
 from ..core.take import Take
 from ..reading.given import Meaning, source_of_keypoints, source_of_poses
 from ..reading.settings import RunOptions
-from ..reading.take import Given
 from .plan import planned
 from .recipe import Recipe
 from .run import run_files, run_in_memory
+
+_OPTION = {"detect": "detector", "lift": "lifter"}  # of the stages of these names
+_FOR_FILES = {"poses": ("adapter", "options"), "keypoints": ("keypoints_adapter", "keypoints_options")}
 
 
 def process(
@@ -30,9 +32,11 @@ def process(
     unit: str | None = None,
     keypoint_joints: Layout | str | None = None,
     recipe: Recipe | str | Path | None = None,
+    output: str | Path | None = None,
+    force: bool = False,
     **options: Any,
 ) -> Take:
-    """The whole chain in memory; nothing is written.
+    """The whole chain in memory; with `output` it also writes what `pcnet3d run` writes.
 
     video: a path. keypoints: a path, an array (T, K, 2) or, with scores, (T, K, 3), in pixels of the image, or what
         `read` gives. poses: a path, an array (T, J, 3), or what `read` gives. A row of an array is a frame.
@@ -42,140 +46,74 @@ def process(
         Human3.6M's joints in CAMERA axes (x right, y down, z away).
     axes, joints, unit: of an array of poses, as of `rectify`; unit also of what a function lifts.
     keypoint_joints: the layout of keypoints in an array or by a function, if it is not the usual one of K joints.
-    recipe: other stages. options: of `pcnet3d run`, by the names of `RunOptions`, such as fps, stature, camera,
-        image_size and settings; check="off" takes poses as they are.
+    recipe: other stages. output: the folder for the results, all of them or none. force: overwrite one of somebody
+        else's. options: of `pcnet3d run`, by the names of `RunOptions`, such as fps, stature, camera, image_size and
+        settings; check="off" takes poses as they are.
 
     Raises InputError as a run does, and where a function raises or answers another shape or number of frames, with its
     name and the frame.
     """
-    asked = _Inputs(
-        video,
-        keypoints,
-        poses,
-        {"detect": detect, "lift": lift},
-        Meaning(axes, joints, unit),
-        keypoint_joints,
-        recipe,
-    )
-    run_options, chosen, given = asked.prepared(options)
+    if not isinstance(video, str | Path | None):
+        raise InputError(
+            "bad-value",
+            f"Expected video as the path of a file, got {type(video).__name__}; of images in memory give keypoints.",
+        )
+    named: dict[str, Any] = {"video": video}
+    named |= {
+        role: given
+        for role, given in (("poses", poses), ("keypoints", keypoints))
+        if isinstance(given, str | Path)
+    }
+    networks = {"detect": detect, "lift": lift}
+    functions = {role: network for role, network in networks.items() if callable(network)}
+    named |= {
+        _OPTION[role]: str(network) for role, network in networks.items() if network and role not in functions
+    }
+    path, recipe = (None, recipe) if isinstance(recipe, Recipe) else (recipe, None)
+    run_options = RunOptions(recipe=path, **named, **options)
+    meaning = Meaning(axes, joints, unit)
+    in_memory = {}
+    if poses is not None and "poses" not in named:
+        in_memory["poses"] = source_of_poses(poses, meaning, run_options.guards)
+    if keypoints is not None and "keypoints" not in named:
+        in_memory["keypoints"] = source_of_keypoints(keypoints, keypoint_joints)
+    for role in in_memory:
+        unread = [flag for flag in _FOR_FILES[role] if getattr(run_options, flag) not in ("auto", {})]
+        if unread:
+            raise InputError(
+                "option-conflict",
+                f"{', '.join(unread)} is for a file of {role}, got them in memory; leave it out.",
+            )
+    labels = {role: source.path for role, source in in_memory.items()}
+    run_options = run_options.with_(in_memory=in_memory, **labels)
+    chosen = _with_functions(planned(run_options, recipe), functions)
+    if "poses" not in in_memory:
+        if "lift" in functions and unit is not None:
+            chosen, meaning = chosen.with_options("lift", unit=unit), replace(meaning, unit=None)
+        meaning.refuse()
+    if keypoint_joints is not None and "keypoints" not in in_memory:
+        if "detect" not in functions:
+            raise InputError(
+                "option-conflict",
+                "keypoint_joints is for keypoints in memory or by a function; of a file give "
+                'settings={"keypoints.layout": NAME}.',
+            )
+        name = keypoint_joints if isinstance(keypoint_joints, str) else keypoint_joints.name
+        chosen = chosen.with_options("detect", joints=name)
+    if output is not None:
+        return run_files(run_options, output, chosen, force=force)
     if run_options.also:
         raise InputError(
-            "option-conflict", "process writes no files: leave also out, or use run(output, also=...)."
+            "option-conflict", "Without output no files are written: give it, or leave also out."
         )
-    return run_in_memory(run_options, chosen, given)
+    return run_in_memory(run_options, chosen)
 
 
-def run(
-    output: str | Path,
-    *,
-    force: bool = False,
-    video: str | Path | None = None,
-    keypoints: Any = None,
-    poses: Any = None,
-    detect: str | Path | Callable[..., Any] | None = None,
-    lift: str | Path | Callable[..., Any] | None = None,
-    axes: str | None = None,
-    joints: Layout | str | None = None,
-    unit: str | None = None,
-    keypoint_joints: Layout | str | None = None,
-    recipe: Recipe | str | Path | None = None,
-    **options: Any,
-) -> Take:
-    """As `process`, and writes what `pcnet3d run` writes into the folder `output`: all of it or nothing.
-
-    force: overwrite a folder of somebody else's. All else is as for `process`. Raises InputError.
-    """
-    asked = _Inputs(
-        video,
-        keypoints,
-        poses,
-        {"detect": detect, "lift": lift},
-        Meaning(axes, joints, unit),
-        keypoint_joints,
-        recipe,
-    )
-    run_options, chosen, given = asked.prepared(options)
-    return run_files(run_options, output, chosen, force=force, given=given)
-
-
-@dataclass(frozen=True, eq=False)
-class _Inputs:
-    """What `process` and `run` take beside the options of `RunOptions`. networks: `detect` and `lift`."""
-
-    video: Any
-    keypoints: Any
-    poses: Any
-    networks: dict[str, Any]
-    meaning: Meaning
-    keypoint_joints: Layout | str | None
-    recipe: Recipe | str | Path | None
-
-    def prepared(self, options: dict[str, Any]) -> tuple[RunOptions, Recipe, Given]:
-        """Options that name what is in memory by a label, the recipe with the functions in it, and what is in memory.
-        InputError for an input of another kind, and for what is said of none."""
-        if not isinstance(self.video, str | Path | None):
-            raise InputError(
-                "bad-value",
-                f"Expected video as the path of a file, got {type(self.video).__name__}; of images in memory give "
-                "keypoints.",
-            )
-        named = {role: self._file(role) for role in _FOR_FILES} | {"video": self.video}
-        named |= {
-            _OPTION[role]: str(network)
-            for role, network in self.networks.items()
-            if network and not callable(network)
-        }
-        path, recipe = (None, self.recipe) if isinstance(self.recipe, Recipe) else (self.recipe, None)
-        run_options = RunOptions(recipe=path, **named, **options)
-        given = self._given(run_options)
-        labels = {role: source.path for role, source in vars(given).items() if source is not None}
-        run_options = run_options.with_(**labels)
-        return run_options, self._with_functions(planned(run_options, recipe), given), given
-
-    def _file(self, role: str) -> Any:
-        value = getattr(self, role)
-        return value if isinstance(value, str | Path) else None
-
-    def _given(self, run_options: RunOptions) -> Given:
-        poses = keypoints = None
-        if self.poses is not None and self._file("poses") is None:
-            poses = source_of_poses(self.poses, self.meaning, run_options.guards)
-        if self.keypoints is not None and self._file("keypoints") is None:
-            keypoints = source_of_keypoints(self.keypoints, self.keypoint_joints)
-        given = Given(poses, keypoints)
-        for role, flags in _FOR_FILES.items():
-            unread = [flag for flag in flags if getattr(run_options, flag) not in ("auto", {})]
-            if unread and getattr(given, role) is not None:
-                raise InputError(
-                    "option-conflict",
-                    f"{', '.join(unread)} is for a file of {role}, got them in memory; leave it out.",
-                )
-        return given
-
-    def _with_functions(self, recipe: Recipe, given: Given) -> Recipe:
-        functions = {role: network for role, network in self.networks.items() if callable(network)}
-        for role, function in functions.items():
-            if not recipe.has(role):
-                others = "keypoints and poses" if role == "detect" else "poses"
-                raise InputError("option-conflict", f"{role} is for a run without {others}; leave it out.")
-            recipe = recipe.with_options(role, **{_OPTION[role]: function})
-        meaning = self.meaning
-        if given.poses is not None:
-            meaning = Meaning()
-        elif "lift" in functions and meaning.unit is not None:
-            recipe = recipe.with_options("lift", unit=meaning.unit)
-            meaning = replace(meaning, unit=None)
-        meaning.refuse()
-        if (joints := self.keypoint_joints) is not None and given.keypoints is None:
-            if "detect" not in functions:
-                raise InputError(
-                    "option-conflict",
-                    "keypoint_joints is for keypoints in memory or by a function; of a file give "
-                    'settings={"keypoints.layout": NAME}.',
-                )
-            recipe = recipe.with_options("detect", joints=joints if isinstance(joints, str) else joints.name)
-        return recipe
-
-
-_OPTION = {"detect": "detector", "lift": "lifter"}  # of the stages of these names
-_FOR_FILES = {"poses": ("adapter", "options"), "keypoints": ("keypoints_adapter", "keypoints_options")}
+def _with_functions(recipe: Recipe, functions: dict[str, Any]) -> Recipe:
+    """With functions, by the stage whose network they replace."""
+    for role, function in functions.items():
+        if not recipe.has(role):
+            others = "keypoints and poses" if role == "detect" else "poses"
+            raise InputError("option-conflict", f"{role} is for a run without {others}; leave it out.")
+        recipe = recipe.with_options(role, **{_OPTION[role]: function})
+    return recipe

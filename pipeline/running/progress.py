@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from ..core.errors import InputError
-from ..core.messages import debug, is_quiet, is_verbose, on_terminal, say
+from ..core.messages import debug, is_quiet, on_terminal, say
 
 _SECONDS_A_LINE = 20.0
 Item = TypeVar("Item")
@@ -24,20 +24,12 @@ class Done(Protocol):
 
 @contextmanager
 def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
-    """A callback (stage, seconds) to be called after each of the named stages: a bar, or with -v a line each."""
-    if is_quiet() or is_verbose() or not on_terminal():
-        yield lambda stage, seconds: debug(stage, f"{seconds:.2f} s")
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description:>12}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(names[0], total=len(names))
+    """A callback (stage, seconds) to be called after each of the named stages, as of `counted`; with -v a line each."""
+    with counted("run", len(names)) as count:
 
         def done(stage: str, seconds: float) -> None:
-            following = names[names.index(stage) + 1 :]
-            bar.update(task, advance=1, description=following[0] if following else "done")
+            debug(stage, f"{seconds:.2f} s")
+            count(1 + names.index(stage), f", {stage}")
 
         yield done
 

@@ -2,40 +2,52 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypedDict, Unpack
+from typing import Any
 
 import numpy as np
 
 from ..core.device import Placement, computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many
-from ..core.system import give_memory_back
+from ..core.pose import package_version
+from ..core.system import give_memory_back, is_file_name
 from ..core.take import Take
-from ..files.atomic import add_to_summary, require_space, sign, whole_folder
+from ..files.atomic import SUMMARY, add_to_summary, sign, whole_folder, write_json
 from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
-from ..reading.take import Given, Person, open_people, open_take
+from ..reading.take import Person, open_people, open_take
 from ..signals.filters import rate
-from .people import PersonRun, folder_names, write_index
 from .plan import planned
 from .recipe import Recipe
 from .runner import Pipeline, run_together
 
-_FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000 frames take 90 MB
-
 WRITERS = ("record", "export", "report")  # stages that do nothing else
 _AIMED = ("detect", *WRITERS)  # stages that are told where the run's folder is
-
-
-NOTHING = Given()
 _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves in its folder
+_LONGEST = 60  # characters of a folder's name
+
+Done = Callable[[str, float], None]  # called with "read" and then each stage's name, and its seconds
+
+
+@dataclass(frozen=True, eq=False)
+class PersonRun:
+    """person, frames: name in the file, and rows there, or in the part of it that is asked for. folder: name of their
+    run's folder, and take: what it holds; or code and reason of the refusal (InputError): why there is none."""
+
+    person: str
+    frames: int
+    folder: str = ""
+    take: Take | None = None
+    code: str = ""
+    reason: str = ""
 
 
 def checkpoint_of(output: Path) -> Path:
@@ -45,38 +57,44 @@ def checkpoint_of(output: Path) -> Path:
     return output.parent / f".{output.name}.{KEYPOINTS}"
 
 
-class How(TypedDict, total=False):
-    """How a run goes. resume: go on with the detection that was interrupted in that folder. force:
-    overwrite a folder of somebody else's. given: poses and keypoints that are no files. done: called with "read" and
-    then each stage's name, and its seconds."""
-
-    resume: bool
-    force: bool
-    given: Given
-    done: Callable[[str, float], None]
+def _silent(stage: str, seconds: float) -> None:
+    pass
 
 
 def run_files(
-    options: RunOptions, output: str | Path, recipe: Recipe | None = None, **how: Unpack[How]
+    options: RunOptions,
+    output: str | Path,
+    recipe: Recipe | None = None,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    done: Done = _silent,
 ) -> Take:
     """Read the files that the options name, run the recipe, and write its files into `output`: all of them or none.
 
-    recipe: instead of the default one; the options apply to it (`planned`). Raises InputError.
+    recipe: instead of the default one; the options apply to it (`planned`). resume: go on with the detection that was
+    interrupted in that folder. force: overwrite a folder of somebody else's. Raises InputError.
     """
-    (run,) = _run(options, Path(output), planned(options, recipe), how, everybody=False)
+    (run,) = _run(options, Path(output), planned(options, recipe), resume, force, done, everybody=False)
     assert run.take is not None
     return run.take
 
 
 def run_people(
-    options: RunOptions, output: str | Path, recipe: Recipe | None = None, **how: Unpack[How]
+    options: RunOptions,
+    output: str | Path,
+    recipe: Recipe | None = None,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    done: Done = _silent,
 ) -> tuple[PersonRun, ...]:
     """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
 
     People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. recipe, how: as for run_files, each stage once for all of a scene. Raises
-    InputError when nobody is left.
+    by a stage, is left out with the reason. recipe, resume, force: as for run_files, each stage once for all of a
+    scene. Raises InputError when nobody is left.
     """
     if options.stature is not None:
         raise InputError(
@@ -91,25 +109,29 @@ def run_people(
             "option-conflict",
             "An ID is for one person: leave read.person_id out, or run one --person at a time.",
         )
-    return _run(options, Path(output), planned(options, recipe), how, everybody=True)
+    return _run(options, Path(output), planned(options, recipe), resume, force, done, everybody=True)
 
 
 def _run(
-    options: RunOptions, output: Path, recipe: Recipe, how: How, everybody: bool
+    options: RunOptions,
+    output: Path,
+    recipe: Recipe,
+    resume: bool,
+    force: bool,
+    done: Done,
+    everybody: bool,
 ) -> tuple[PersonRun, ...]:
     """everybody: else the one person whom the options name, whose files are in `output` itself."""
-    recipe = _checked(recipe)
-    recipe = _resumed(recipe, output) if how.get("resume") else recipe
+    recipe = _resumed(_checked(recipe), output) if resume else _checked(recipe)
     kept = checkpoint_of(output)
     recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
-    done = how.get("done", lambda stage, seconds: None)
-    with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
+    with whole_folder(output, force, inputs_of(options, recipe)) as folder:
         if everybody and recipe.has("detect"):
             options, recipe = _detected(folder, options, recipe, done), recipe.without("detect")
         with computing_on(options.device) as placement:
             _aimed(recipe, folder).build()  # refused before anything is read
-            start, given = time.perf_counter(), how.get("given", NOTHING)
-            people = _people(options) if everybody else [Person("", 0, open_take(options, given))]
+            start = time.perf_counter()
+            people = _people(options) if everybody else [Person("", 0, open_take(options))]
             done("read", time.perf_counter() - start)
             give_memory_back()
             runs = _processed(people, folder, recipe, placement, done, everybody)
@@ -117,9 +139,7 @@ def _run(
     return runs
 
 
-def _detected(
-    folder: Path, options: RunOptions, recipe: Recipe, done: Callable[[str, float], None]
-) -> RunOptions:
+def _detected(folder: Path, options: RunOptions, recipe: Recipe, done: Done) -> RunOptions:
     """The options of a run of everybody whom the recipe's stage `detect` finds in the video, with the file of keypoints
     that it writes into the folder."""
     with computing_on(options.device):
@@ -134,7 +154,7 @@ def _processed(
     folder: Path,
     recipe: Recipe,
     placement: Placement,
-    done: Callable[[str, float], None],
+    done: Done,
     everybody: bool,
 ) -> tuple[PersonRun, ...]:
     """The runs of people, whose list is emptied: what stages replace is not to be held beside their answers. With
@@ -149,7 +169,6 @@ def _processed(
     pipelines = {i: _aimed(recipe, folder / name).build() for i, name in folders.items()}
     for i in takes:
         pipelines[i].check_rate(_frame_rate(takes[i]))
-    require_space(folder.parent, bytes_needed(recipe, *takes.values()), "The run")
     ended |= _by_scene(pipelines, takes, done)
     runs = []
     for i, (person, frames) in enumerate(who):
@@ -170,24 +189,61 @@ def _processed(
 
 
 def _list(runs: Sequence[PersonRun], folder: Path) -> None:
-    """The index over the people's folders, each of which is a run of its own; InputError where there are none."""
+    """summary.json over the people's folders, each of which is a run of its own: who is in which, and who was left out
+    and why. InputError where there are none."""
     if all(run.take is None for run in runs):
         reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
         raise InputError("nothing-usable", f"There is no person to process: {reasons}.")
     for run in runs:
         if run.take is not None:
             sign(folder / run.folder)
-    write_index(runs, folder)
+    content = {
+        "pcnet3d": package_version(),
+        "people": [_entry(run, run.take) for run in runs if run.take is not None],
+        "left_out": [
+            {"person": run.person, "frames": run.frames, "code": run.code, "reason": run.reason}
+            for run in runs
+            if run.take is None
+        ],
+    }
+    write_json(folder / SUMMARY, content)
 
 
-def run_in_memory(options: RunOptions, recipe: Recipe, given: Given = NOTHING) -> Take:
-    """The take of the files that the options name, or of what is given instead of them, through the recipe's stages, of
-    which those that write files are left out. Raises InputError."""
+def _entry(run: PersonRun, take: Take) -> dict[str, Any]:
+    rows, level = take.rows, take.rectified
+    assert rows is not None
+    return {
+        "person": run.person,
+        "folder": run.folder,
+        "frames": run.frames,
+        "first_frame": int(rows.frame_index[0]),
+        "last_frame": int(rows.frame_index[-1]),
+        "level_ok": level is not None and level.level_ok,
+        "warnings": sum(each.warns for each in take.said),
+    }
+
+
+def folder_names(people: Sequence[str]) -> list[str]:
+    """A name for each person's folder that every file system takes, different from all others in any case."""
+    names: list[str] = []
+    for person in people:
+        safe = re.sub(r"[^A-Za-z0-9_-]+", "_", person)[:_LONGEST] or "_"
+        safe = safe if is_file_name(safe) else f"{safe}_"
+        name, number = safe, 2
+        while name.lower() in (taken.lower() for taken in names):
+            name, number = f"{safe}_{number}", number + 1
+        names.append(name)
+    return names
+
+
+def run_in_memory(options: RunOptions, recipe: Recipe) -> Take:
+    """The take of what the options name, through the recipe's stages, of which those that write files are left out.
+    Raises InputError."""
     for stage in WRITERS:
         recipe = recipe.without(stage) if recipe.has(stage) else recipe
     with computing_on(options.device):
         pipeline = recipe.build()
-        take = open_take(options, given)
+        take = open_take(options)
         pipeline.check_rate(_frame_rate(take))
         return pipeline(take)
 
@@ -211,18 +267,8 @@ def _frame_rate(take: Take) -> float:
     return rate(video.time_s[first : last + 1]) if fps is None else fps
 
 
-def bytes_needed(recipe: Recipe, *takes: Take) -> int:
-    """About how much a run will write, the video in its recordings counted."""
-    needed, recorded = 0, recipe.has("record")
-    for take in takes:
-        first, last = take.video.span if take.video else (0, -1)
-        needed += _FIXED_BYTES + _FRAME_BYTES * (last + 1 - first if take.rows is None else len(take.rows))
-        needed += take.video.span_bytes if take.video and recorded and take.told.images else 0
-    return needed
-
-
 def _by_scene(
-    pipelines: Mapping[int, Pipeline], takes: dict[int, Take], done: Callable[[str, float], None]
+    pipelines: Mapping[int, Pipeline], takes: dict[int, Take], done: Done
 ) -> dict[int, Take | InputError]:
     """How the pipelines of people, by number, end, those of one scene of the video together; no take is left in
     `takes`."""

@@ -36,7 +36,7 @@ def test_its_validators_and_functions_take_a_take(file):
 
 def test_its_loader_opens_runs_and_files(file, tmp_path):
     told = {"adapter": "arrays", "fps": 30}
-    pcnet3d.run(tmp_path / "run", poses=file, **told)
+    pcnet3d.process(output=tmp_path / "run", poses=file, **told)
     of_run = load_dataset(tmp_path / "run", source_software="pcnet3d")
     of_file = load_dataset(file, source_software="pcnet3d", **told)
     assert of_run.sizes == {"time": 60, "space": 3, "keypoint": 17, "individual": 1}

@@ -3,9 +3,11 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from golden.bodies import Person
 from golden.catalogue import CATALOGUE, Golden
-from pcnet3d.pipeline.reading.testing import Facts, check_adapter
+from pcnet3d.pipeline import PoseSequence, check_adapter
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
 COLUMNS = ("adapter", "files", "axes; unit", "knows", "people")
@@ -18,24 +20,28 @@ AXES = {
 }
 
 
-def facts(golden: Golden, folder: Path) -> Facts:
+def row(golden: Golden, folder: Path) -> list[str]:
     """What the golden file, written into the folder, shows. AssertionError when its adapter breaks a promise."""
     (folder / "mirrored").mkdir()
     mirrored = golden.write(Person(mirrored=True), folder / "mirrored")
     path = golden.write(Person(), folder)
-    return check_adapter(golden.adapter, path, mirrored=mirrored, by_name=golden.by_name, **golden.options)
-
-
-def row(golden: Golden, found: Facts) -> list[str]:
-    knows = {"times": found.fps, "frames": found.frames, "scores": found.scores}
+    people = check_adapter(golden.adapter, path, mirrored=mirrored, by_name=golden.by_name, **golden.options)
     told = f" ({', '.join(golden.options)} given)" if golden.options else ""
-    return [
-        found.adapter,
-        golden.form + told,
-        "; ".join(word for word in (AXES.get(found.axes, found.axes), found.unit) if word),
-        ", ".join(word for word, known in knows.items() if known),
-        found.people,
-    ]
+    shown = ["", "times, frames" if golden.adapter == "video" else "times", ""]
+    if isinstance(people[0], PoseSequence):
+        axes, unit = ", ".join(people[0].frame.axes), people[0].frame.unit
+        knows = {
+            "times": all(poses.time_s is not None for poses in people),
+            "frames": all(poses.frames_known for poses in people),
+            "scores": any(np.isfinite(poses.confidence).any() for poses in people),
+        }
+        joined = "joined" if any(poses.linked for poses in people) else "named"
+        shown = [
+            f"{AXES.get(axes, axes)}; {unit}",
+            ", ".join(word for word, known in knows.items() if known),
+            "one" if len(people) == 1 else joined,
+        ]
+    return [golden.adapter, golden.form + told, *shown]
 
 
 def table(rows: list[list[str]]) -> str:
@@ -59,7 +65,7 @@ def main() -> None:
     rows = []
     for golden in CATALOGUE:
         with TemporaryDirectory() as folder:
-            rows.append(row(golden, facts(golden, Path(folder))))
+            rows.append(row(golden, Path(folder)))
     before, _, after = parts(DOCUMENT.read_text(encoding="utf-8"))
     DOCUMENT.write_text(before + table(rows) + after, encoding="utf-8")
 

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.pipeline.reading.settings import PLACES, flag_of, reading_options, settings_named
+from pcnet3d.pipeline.reading.settings import reading_options
 from pcnet3d.pipeline.signals.angles import ANGLES, REASONS
 
 ROOT = Path(__file__).parents[2]
@@ -236,19 +236,6 @@ def test_every_network_has_its_licence():
 def test_what_run_takes_by_set_is_in_the_design():
     (section,) = re.findall(r"by `--set`.*?\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL)
     assert [name for name in reading_options() if f"`{name}`" not in section] == []
-
-
-def test_no_document_gives_a_flag_to_what_has_none():
-    run = re.compile(r"pcnet3d (?:run|live|batch)\b[^\n`]*")
-    own = {flag_of(option) for option in PLACES}
-    old = [
-        (name(path), flag)
-        for path in DOCUMENTS
-        for words in run.findall(path.read_text(encoding="utf-8"))
-        for flag in re.findall(r"--[a-z-]+", words)
-        if flag not in own and settings_named(flag)
-    ]
-    assert old == []
 
 
 def test_readme_and_cards_stay_short():

@@ -144,20 +144,8 @@ def test_the_current_folder_and_those_that_hold_it_are_refused_before_any_work(
     assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["run", "--handedness", "mirror"], "--set read.handedness=VALUE."),
-        (["run", "--cutoff-hz=8"], "--set trajectories.cutoff_hz=VALUE."),
-        (["run", "--smoother=none"], "--set angles.smoother=VALUE --set trajectories.smoother=VALUE."),
-        (["run", "--no-calibrate"], "--set calibrate=off."),
-        (["live", "0", "--rectifier", "pcnet"], "--set rectify.rectifier=VALUE."),
-        (["runn"], "There is no command 'runn'; did you mean run"),
-    ],
-)
-def test_an_option_without_a_flag_is_refused_with_the_way_to_give_it(arguments, said, tmp_path):
-    result = pcnet3d(*arguments, "-o", tmp_path / "out")
-    refused(result, said)
+def test_a_command_that_there_is_not_is_refused_with_the_nearest():
+    refused(pcnet3d("runn"), "There is no command 'runn'; did you mean run")
 
 
 def test_the_help_page_costs_no_heavy_import():
@@ -183,18 +171,10 @@ def test_a_run_has_22_options_at_most_in_panels():
     assert all(option.help for option in shown)
 
 
-def test_the_version_says_build_and_networks():
-    """Version, and the networks of the package by the digests that a run's summary has; without opening them."""
+def test_the_version_is_the_packages():
     from importlib.metadata import version
 
-    first, *networks = pcnet3d("--version").stdout.splitlines()
-    assert first == f"pcnet3d {version('pcnet3d')}"
-    listed = pcnet3d("list", "models", "--json").stdout
-    digests = {tuple(line.split()[:3]): line.split()[3] for line in networks}
-    rectifiers = {("rectifier", name, f"{name}.onnx") for name in ("pcnet", "paper")}
-    named = {("lifter", "pcnet3d", "lifter.onnx"), *rectifiers}
-    assert named <= digests.keys()
-    assert all(f", {digests[name]})" in listed for name in named)
+    assert pcnet3d("--version").stdout == f"pcnet3d {version('pcnet3d')}\n"
 
 
 def test_the_version_costs_no_heavy_import():

@@ -42,11 +42,9 @@ def golden(walk, tmp_path):
 
 
 def test_the_adapter_keeps_its_promises(golden):
-    facts = check_adapter("acme", golden)
-    assert (facts.axes, facts.unit, facts.people) == ("right, up, toward", "mm", "one")
-    assert facts.fps
-    assert not facts.frames
-    assert not facts.scores
+    (person,) = check_adapter("acme", golden)
+    assert (person.frame.axes, person.frame.unit) == (("right", "up", "toward"), "mm")
+    assert person.time_s is not None
 
 
 def test_what_was_written_comes_back(golden, walk):

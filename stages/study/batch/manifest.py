@@ -16,7 +16,7 @@ from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.settings import RunOptions, flag_of, is_repeatable, settings_named
+from ....pipeline.reading.settings import RunOptions, flag_of, is_repeatable
 from ....pipeline.running.plan import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
@@ -95,8 +95,7 @@ def _column(name: str, where: str) -> str:
     }
     columns = {"name", *LABELS, *columns_of_flags}
     if column not in columns:
-        settings = " or ".join(setting.partition("=")[0] for setting in settings_named(column))
-        hint = f"it is '{settings}'." if settings else did_you_mean(column, columns)
+        hint = did_you_mean(column, columns)
         raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
     return columns_of_flags.get(column, column)
 

@@ -164,13 +164,6 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     assert ("finished work is kept; the same command with --resume" in done.stderr) == kept
 
 
-def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
-    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
-    monkeypatch.setattr(detect_video, "images_ahead", lambda *_: pytest.fail("was detected before"))
-    refused(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out"), "The run needs about 4 MB")
-    assert not (tmp_path / "out").exists()
-
-
 def _same(a: Path, b: Path) -> None:
     with np.load(a / "poses.npz") as one, np.load(b / "poses.npz") as other:
         for name in one.files:

@@ -132,15 +132,6 @@ def results_2d(path: Path, scene, names: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("names", ["01", "10", "78"])
-def test_who_is_chosen_by_rank_in_the_poses_is_the_same_in_the_keypoints(mmpose, scene, tmp_path, names):
-    """The largest in metres is not the largest in pixels, and MMPose's people have no names, so that limbs tell."""
-    keypoints = results_2d(tmp_path / "keypoints.json", scene, names)
-    options = RunOptions(poses=mmpose(), keypoints=keypoints, fps=30, person="largest", image_size=(900, 900))
-    take = open_take(options)
-    assert (take.poses.person, take.keypoints.person) == ("0", names[0])
-
-
 def test_who_is_chosen_by_rank_in_the_poses_has_that_name_in_the_keypoints(scene, tmp_path):
     """AlphaPose's 3D results name people."""
     second = scene.poses[1].joints

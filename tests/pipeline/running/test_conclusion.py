@@ -1,6 +1,5 @@
 """What a command says: the result, how far it can be trusted, at most three notices, then what to open."""
 
-import webbrowser
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,13 +7,12 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.pipeline import Z_UP, InputError, Take
+from pcnet3d.pipeline import Z_UP, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.messages import set_detail
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, first_line, point_to, trust
 from pcnet3d.stages import rectify
 from pcnet3d.stages.drawing.facts import facts_of
@@ -170,25 +168,6 @@ def test_why_a_take_is_not_levelled_is_said(take):
     code, words = trust(tilted)
     assert code == 4
     assert words.endswith("the take is not levelled: they lie")
-
-
-@pytest.mark.parametrize("page", ["report.html", "study.html", "compare.html"])
-def test_the_page_is_opened_or_named(page, tmp_path, monkeypatch, capsys):
-    (tmp_path / page).touch()
-    opened: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or len(opened) == 1)
-    view_page(tmp_path)
-    assert opened == [(tmp_path / page).as_uri()]
-    assert capsys.readouterr().out == ""
-    view_page(tmp_path)
-    assert str(tmp_path / page) in capsys.readouterr().out
-
-
-def test_without_a_page_one_of_the_runs_inside_is_named(tmp_path: Path):
-    (tmp_path / "1").mkdir()
-    (tmp_path / "1" / "report.html").touch()
-    with pytest.raises(InputError, match=r"it holds runs, such as .*1"):
-        view_page(tmp_path)
 
 
 def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):

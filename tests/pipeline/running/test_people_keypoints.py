@@ -14,61 +14,33 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
-from pcnet3d.pipeline.reading.together import same_person, together
+from pcnet3d.pipeline.reading.together import together
+from refusals import refused
 
 
-def shown(poses, folder, order=lambda people, frame: people):
-    """MMPose's 2D JSON of the people of its 3D JSON, each at a place of their own, in that order in each frame."""
+def shown(poses, folder):
+    """MMPose's 2D JSON of the people of its 3D JSON, each at a place of their own."""
     listed = json.loads(poses.read_text())
-    for i, frame in enumerate(listed):
+    for frame in listed:
         for person in frame["instances"]:
             left, joints = person["bbox"][0][0] + 300, np.array(person["keypoints"])[AS_COCO]
             person["keypoints"] = np.stack([left - 100 * joints[:, 0], 300 - 100 * joints[:, 2]], -1).tolist()
-        frame["instances"] = order(frame["instances"], i)
     (folder / "keypoints.json").write_text(json.dumps(listed))
     return folder / "keypoints.json"
 
 
-def late_and_reversed(people, frame):
-    """The first to be numbered is who comes second in the file of poses."""
-    return people[::-1] if frame >= 15 else []
-
-
-@pytest.mark.parametrize(
-    ("order", "numbers"), [(lambda people, frame: people, ["0", "1"]), (late_and_reversed, ["1", "0"])]
-)
-def test_keypoints_go_with_whom_they_show_whatever_their_number(mmpose, scene, tmp_path, order, numbers):
+def test_keypoints_of_people_without_names_need_one(mmpose, tmp_path):
     path = mmpose()
-    options = RunOptions(poses=path, keypoints=shown(path, tmp_path, order), fps=30)
-    asked = [open_take(options.with_(person=name)) for name in ("0", "1")]
-    assert [take.keypoints.person for take in asked] == numbers
-    assert [one.take.keypoints.person for one in open_people(options)] == numbers
-    for take, true in zip(asked, scene.poses, strict=True):
-        np.testing.assert_array_equal(
-            take.keypoints.frame_index, [i for i in true.frame_index if i >= take.keypoints.frame_index[0]]
-        )
-        knees = take.keypoints.joint("r_knee") - take.keypoints.joint("l_knee")
-        rows = np.isin(true.frame_index, take.keypoints.frame_index)
-        expected = 100 * (true.joint("r_knee") - true.joint("l_knee"))[rows, :2]
-        np.testing.assert_allclose(knees, expected, atol=1e-3)
-
-
-def test_keypoints_of_whom_nothing_tells_need_a_name(mmpose, tmp_path):
-    """Two who do the same: the second one's keypoints are the first one's, 500 pixels further to the right."""
-    path = mmpose()
-
-    def twins(people, frame):
-        first = people[0]
-        moved = [[x + 500, y] for x, y in first["keypoints"]]
-        return [first, first | {"keypoints": moved}]
-
-    options = RunOptions(poses=path, keypoints=shown(path, tmp_path, twins), fps=30, person="0")
-    with pytest.raises(InputError, match=r"person '0'.*--set read\.keypoints_person=NAME"):
-        open_take(options)
-    assert all(isinstance(one.take, InputError) for one in open_people(options.with_(person=None)))
-    assert open_take(options.with_(keypoints_person="1")).keypoints.person == "1"
-    with pytest.raises(InputError, match="the run is for all people"):
-        open_people(options.with_(keypoints_person="1"))
+    options = RunOptions(poses=path, keypoints=shown(path, tmp_path), fps=30)
+    for person in ("0", "longest"):
+        with refused("choose-person", "read.keypoints_person=NAME"):
+            open_take(options.with_(person=person))
+    with refused("files-apart", "one --person at a time"):
+        open_people(options)
+    named = options.with_(person="0", keypoints_person="1")
+    assert open_take(named).keypoints.person == "1"
+    with refused("option-conflict"):
+        open_people(named.with_(person=None))
 
 
 @pytest.mark.parametrize(
@@ -117,19 +89,6 @@ def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
     track = PoseSequence(pixels, H36M17, IMAGE, scores, frame_index=poses.frame_index)
     fit = together(poses, track, (camera.width, camera.height))
     assert bool(fit.notice()) == (cut == "guessed" and score == 0.6)
-    if cut and score < 0.25:
-        other = track.with_(
-            joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other"
-        )
-        assert same_person(poses, (other, track), "a and b").person == track.person
-
-
-def test_keypoints_of_one_person_leave_the_others_out(mmpose, tmp_path):
-    path = mmpose()
-    keypoints = shown(path, tmp_path, lambda people, frame: people[:1])
-    first, second = open_people(RunOptions(poses=path, keypoints=keypoints, fps=30))
-    assert first.take.keypoints.person == "0"
-    assert "person '1'" in str(second.take)
 
 
 def test_keypoints_go_with_the_person_of_the_same_name_where_the_file_names_them(scene, tmp_path):

@@ -18,9 +18,8 @@ from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.viewer import find_recording
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
-from pcnet3d.pipeline.running.run import run_files, run_people
+from pcnet3d.pipeline.running.run import folder_names, run_files, run_people
 from refusals import refused
 
 UNFILTERED = {"trajectories.smoother": "none"}
@@ -132,7 +131,7 @@ def test_a_crash_leaves_the_old_folder(output, mmpose, recipe, monkeypatch):
     def crash(*_):
         raise RuntimeError
 
-    monkeypatch.setattr("pcnet3d.pipeline.running.run.write_index", crash)
+    monkeypatch.setattr("pcnet3d.pipeline.running.run._entry", crash)
     with pytest.raises(RuntimeError):
         run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
     assert (output / SUMMARY).read_text() == before

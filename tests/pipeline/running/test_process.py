@@ -139,14 +139,14 @@ def test_whole_bodies_and_named_layouts(keypoints, lifter):
 
 
 def test_run_writes_what_the_command_writes(joints, tmp_path):
-    take = pcnet3d.run(tmp_path / "results", poses=joints, unit="m", fps=FPS, also=("csv",))
+    take = pcnet3d.process(output=tmp_path / "results", poses=joints, unit="m", fps=FPS, also=("csv",))
     names = {path.name for path in (tmp_path / "results").iterdir()}
     assert {"take.rrd", "report.html", "poses.npz", "kinematics.csv", "summary.json"} <= names
     np.testing.assert_allclose(knees(read_run(tmp_path / "results")), knees(take), atol=1e-3)
     with refused("already-there"):
         (tmp_path / "other").mkdir()
         (tmp_path / "other" / "mine.txt").touch()
-        pcnet3d.run(tmp_path / "other", poses=joints, fps=FPS)
+        pcnet3d.process(output=tmp_path / "other", poses=joints, fps=FPS)
 
 
 def test_options_are_those_of_a_run(joints):

@@ -75,7 +75,6 @@ def test_a_flag_that_a_take_switches_off_wins_over_the_common_one(study):
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
         (("poses,handedness", "a.npy,ignroe"), ["line 2", "--set read.handedness=ignroe"]),
-        (("poses,cutoff_hz", "a.npy,5"), ["'cutoff_hz'", "it is 'trajectories.cutoff_hz'"]),
         (("poses,trajectory.cutoff_hz", "a.npy,5"), ["line 2", "did you mean trajectories"]),
         (("poses,no_frames", "a.npy,perhaps"), ["line 2", "--no-frames=perhaps"]),
         (("poses", "a.npy", "none.npy"), ["line 3", "none.npy", "nothing there"]),
