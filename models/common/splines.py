@@ -72,69 +72,39 @@ def _observed(
 
     left: (T,) the first knot of each row; basis: (4, T) its four splines. noise: as that of `solved`.
     """
+    from scipy.sparse import csr_array, diags_array
+
     (T, N), n = y.shape, int(left[-1]) + 4
-
-    # Rows that are independent of each other: each less what of its error the row before already had.
-    weight = 1 / np.sqrt(noise)
-    y = np.where(weight > 0, y, 0.0)
-    step = np.diff(left, prepend=left[0])
-    wide = int(np.minimum(step, 2).max())
-    kept = np.exp(-np.diff(time_s, prepend=-np.inf) / error_s) if error_s > 0 else np.zeros(T)
-    before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
-    row, behind, series = _gaps(weight > 0, before > 0, time_s) if error_s > 0 else (np.zeros(0, int),) * 3
-    across = np.exp((time_s[behind] - time_s[row]) / error_s) if error_s > 0 else np.zeros(0)
-    linked = before.copy()
-    linked[row, series] = across
-    gain = 1 / np.sqrt(1 - linked**2)
-    rows = np.zeros((4 + wide, T, N))
-    origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
-    origin[0] = left[0]
-    own, others = gain * weight, gain * before * np.roll(weight, 1, axis=0)
-    shift = left - origin
-    for i in range(4):
-        for s in range(wide + 1):
-            rows[i + s] += np.where(shift == s, basis[i], 0.0)[:, None] * own
-        rows[i] -= np.roll(basis[i], 1)[:, None] * others
-    right = own * y - others * np.roll(y, 1, axis=0)
-
-    band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
-    begins = np.flatnonzero(np.diff(origin, prepend=-1))  # rows that are the first of a knot
-    knots = origin[begins]
-    # Splines of a later interval than a row's own may lie behind the last knot, and are 0 there.
-    precision, pull = np.zeros((band + 1, n + wide, N)), np.zeros((n + wide, N))
-    for i in range(4 + wide):
-        pull[knots + i] += np.add.reduceat(rows[i] * right, begins)
-        for j in range(i, 4 + wide):
-            precision[j - i, knots + i] += np.add.reduceat(rows[i] * rows[j], begins)
-    after, past = own[row, series], gain[row, series] * across * weight[behind, series]
-    for i in range(4):
-        here, there = basis[i, row] * after, basis[i, behind] * past
-        np.add.at(pull, (left[row] + i, series), -here * past * y[behind, series])
-        np.add.at(
-            pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
-        )
-        for j in range(4):
-            first, other = left[row] + i, left[behind] + j
-            shared = -here * basis[j, behind] * past * np.where(first == other, 2, 1)
-            np.add.at(precision, (np.abs(first - other), np.minimum(first, other), series), shared)
-            if j >= i:
-                shared = there * basis[j, behind] * past
-                np.add.at(precision[j - i], (left[behind] + i, series), shared)
-    return precision[:, :n], pull[:n]
+    places = (left[:, None] + np.arange(4)).ravel()
+    splines = csr_array((basis.T.ravel(), places, np.arange(0, 4 * T + 1, 4)), shape=(T, n))
+    precisions, pull = [], np.empty((n, N))
+    for i in range(N):
+        rows = np.flatnonzero(np.isfinite(noise[:, i]))
+        weight = 1 / np.sqrt(noise[rows, i])
+        # Rows that are independent of each other: each less what of its error the one before already had.
+        kept = np.append(0.0, _kept(rows, time_s, left, error_s))[: len(rows)]
+        own = weight / np.sqrt(1 - kept**2)
+        others = own[1:] / weight[1:] * kept[1:] * weight[:-1]
+        apart = diags_array(own) - diags_array(others, offsets=-1)
+        observed = apart @ splines[rows]
+        precisions.append((observed.T @ observed).tocoo())
+        pull[:, i] = observed.T @ (apart @ y[rows, i])
+    band = max(3, *(int((each.row - each.col).max(initial=0)) for each in precisions))
+    precision = np.zeros((band + 1, n, N))
+    for i, each in enumerate(precisions):
+        below = each.row >= each.col
+        precision[(each.row - each.col)[below], each.col[below], i] = each.data[below]
+    return precision, pull
 
 
-def _gaps(
-    visible: np.ndarray, linked: np.ndarray, time_s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The first seen row behind each gap, the last one before it, and the series; of gaps over which an error lasts
-    for the most part, longer ones cost too much. visible, linked: (T, N), linked where the row before was visible
-    too."""
-    index = np.where(visible, np.arange(len(visible))[:, None], -1)
-    last = np.vstack([np.full((1, visible.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
-    row, series = np.nonzero(visible & ~linked & (last >= 0))
-    behind = last[row, series]
-    near = time_s[row] - time_s[behind] <= _GOES_ON_S
-    return row[near], behind[near], series[near]
+def _kept(rows: np.ndarray, time_s: np.ndarray, left: np.ndarray, error_s: float) -> np.ndarray:
+    """(M - 1,) how much of its error each of the seen rows (M,) but the first shares with the one before: none behind a
+    longer gap, for there it costs too much to say."""
+    if error_s == 0:
+        return np.zeros(max(len(rows) - 1, 0))
+    apart_s = np.diff(time_s[rows])
+    neighbours = (np.diff(rows) == 1) & (np.diff(left[rows]) <= 2)
+    return np.where(neighbours | (apart_s <= _GOES_ON_S), np.exp(-apart_s / error_s), 0.0)
 
 
 def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:
