@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from golden import estimators, phalp, worlds
-from golden.bodies import feet_in, feet_of
+from golden.bodies import feet_in, feet_of, limbs_of
 from golden.catalogue import recognised
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
@@ -21,18 +21,13 @@ FRAMES = 40
 LIMBS = H36M17.indices(layouts.LIMBS)
 
 
-def limbs(bodies: np.ndarray) -> np.ndarray:
-    hips = bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
-    return (bodies - hips)[:, LIMBS]
-
-
 def test_soma_of_thirty_joints(tmp_path, standing):
     """Kimodo's first examples: the same joints, fewer of them."""
     joints = np.load(estimators.soma(tmp_path, standing(FRAMES)))["posed_joints"]
     np.savez(tmp_path / "motion.npz", posed_joints=joints[:, SOMA77.indices(SOMA30.joints)])
     assert recognised(tmp_path / "motion.npz") == ["soma"]
     found = read(tmp_path / "motion.npz", fps=30)
-    np.testing.assert_allclose(found.joints[:, LIMBS], limbs(worlds.y_up(standing(FRAMES))), atol=1e-5)
+    np.testing.assert_allclose(found.joints[:, LIMBS], limbs_of(worlds.y_up(standing(FRAMES))), atol=1e-5)
 
 
 def test_soma_that_lies_or_is_another_skeleton(tmp_path, standing):
@@ -53,7 +48,7 @@ def test_gemx_bvh_takes_the_face_from_its_joints(tmp_path, standing):
     path = estimators.gemx_bvh(tmp_path, standing(FRAMES))
     assert recognised(path) == ["bvh"]
     poses = read(path)
-    np.testing.assert_allclose(poses.joints[:, LIMBS], limbs(world), atol=1e-4)
+    np.testing.assert_allclose(poses.joints[:, LIMBS], limbs_of(world), atol=1e-4)
     for joint in ("nose", "head"):
         expected = world[:, H36M17.index(joint)] - world[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)
         np.testing.assert_allclose(poses.joint(joint), expected, atol=1e-4)
@@ -72,14 +67,14 @@ def test_alphapose3d(smpl_json):
     assert recognised(path) == ["alphapose3d", "json2d"]  # its keypoints are the same file's
     assert [poses.person for poses in read_all(path)] == ["1", "2"]  # 3D comes first
     for poses, bodies in zip(read_all(path, track=True), people, strict=True):
-        np.testing.assert_allclose(poses.joints[:, LIMBS], limbs(bodies), atol=1e-5)
+        np.testing.assert_allclose(poses.joints[:, LIMBS], limbs_of(bodies), atol=1e-5)
         assert "nearest box" in str(poses.history)
 
 
 def test_alphapose3d_in_another_unit(smpl_json):
     path, people = smpl_json
     first, _ = read_all(path, unit_m=2.2)
-    np.testing.assert_allclose(first.joints[:, LIMBS], 1.1 * limbs(people[0]), atol=1e-5)
+    np.testing.assert_allclose(first.joints[:, LIMBS], 1.1 * limbs_of(people[0]), atol=1e-5)
     with pytest.raises(InputError, match="unit_m"):
         read_all(path, unit_m=1.0)
 
@@ -117,7 +112,7 @@ def test_wham_with_smpls_regressor(wham):
     path = write()
     assert recognised(path) == ["wham"]
     first, second = read_all(path, regressor=estimators.REGRESSOR)
-    np.testing.assert_allclose(first.joints[:, LIMBS], limbs(bodies), atol=1e-5)
+    np.testing.assert_allclose(first.joints[:, LIMBS], limbs_of(bodies), atol=1e-5)
     hips = bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
     np.testing.assert_allclose(feet_in(first), feet_of(bodies) - hips, atol=1e-5)
     np.testing.assert_allclose(

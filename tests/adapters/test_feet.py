@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from golden import estimators, landmarks, worlds
-from golden.bodies import feet_in, feet_of
-from golden.lifters import openpose3d, openpose_joints, rtmw3d
+from golden.bodies import feet_in, feet_of, placed
+from golden.lifters import openpose3d, rtmw3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.anthropometry import implied_stature
@@ -23,7 +23,7 @@ def blazepose(folder, bodies):
 
 
 def body_25(folder, bodies):
-    away = openpose_joints(bodies + np.array([0.3, 0.1, 4.0]), BODY_25)
+    away = placed(bodies + np.array([0.3, 0.1, 4.0]), BODY_25.joints)
     return read(openpose3d(folder, [[body] for body in away]), fps=25), feet_of(bodies)
 
 
@@ -33,7 +33,7 @@ def whole_body(folder, bodies):
 
 
 def body_25b(folder, bodies):
-    away = openpose_joints(bodies + np.array([0.3, 0.1, 4.0]), BODY_25B)
+    away = placed(bodies + np.array([0.3, 0.1, 4.0]), BODY_25B.joints)
     return read(openpose3d(folder, [[body] for body in away]), fps=25), feet_of(bodies)
 
 

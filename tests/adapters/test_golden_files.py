@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from golden.bodies import Person, standing, turning
+from golden.bodies import Person, limbs_of, standing, turning
 from golden.catalogue import CATALOGUE, Golden, recognised
 from golden.detections import between_shoulders
 from pcnet3d.adapters import read_all
-from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, change_frame
-from pcnet3d.pipeline.core.layouts import LIMBS, OPENPOSE18
+from pcnet3d.pipeline import Z_UP, PoseSequence, change_frame
+from pcnet3d.pipeline.core.layouts import OPENPOSE18
 
 OTHERWISE = (  # written from other people, and tested by themselves
     "the same of BODY_25B",
@@ -21,12 +21,6 @@ OF_PEOPLE = [
 ]
 # Recognised by these too, which come second: a file of AlphaPose or OpenPose holds 2D and 3D, a vis.py's folder both.
 BESIDE = {"json2d", "vis2d"}
-
-
-def limbs(bodies: np.ndarray) -> np.ndarray:
-    """(T, 12, 3) of joints (T, 17, 3), from the middle of the hips."""
-    hips = bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
-    return (bodies - hips)[:, H36M17.indices(LIMBS)]
 
 
 def called(golden: Golden) -> str:
@@ -52,7 +46,7 @@ def shows(poses: PoseSequence, begin: int) -> bool:
     made, frames = turning, poses.frame_index
     if poses.frame.family == "world":
         made, poses = standing, change_frame(poses, Z_UP.with_(origin="pelvis", unit=poses.frame.unit))
-    body, truth = limbs(poses.joints), limbs(made(300))
+    body, truth = limbs_of(poses.joints), limbs_of(made(300))
     there = np.isfinite(body).all(axis=(1, 2))
     assert there.mean() > 0.9
     return any(

@@ -5,21 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from golden.bodies import limbs_of
 from golden.estimators import azure_kinect, easymocap3d
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import LIMBS
 from refusals import refused
 
 FRAMES = 30
-
-
-def _limbs(poses) -> np.ndarray:
-    return poses.joints[:, H36M17.indices(LIMBS)]
-
-
-def _truth(bodies) -> np.ndarray:
-    return (bodies - bodies[:, :1])[:, H36M17.indices(LIMBS)]
 
 
 def test_a_person_in_a_world_and_a_joint_that_was_not_found(standing, tmp_path):
@@ -28,7 +19,7 @@ def test_a_person_in_a_world_and_a_joint_that_was_not_found(standing, tmp_path):
     wrist = poses.joint("l_wrist")
     assert np.flatnonzero(np.isnan(wrist).any(axis=1)).tolist() == [7]
     rows = np.arange(FRAMES) != 7
-    np.testing.assert_allclose(_limbs(poses)[rows], _truth(world)[rows], atol=2e-5)
+    np.testing.assert_allclose(limbs_of(poses.joints)[rows], limbs_of(world)[rows], atol=2e-5)
 
 
 def test_axes_and_unit_that_are_told_and_numbers_of_joints_that_nobody_has(turning, tmp_path):

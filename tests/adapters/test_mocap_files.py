@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.bodies import feet_in, feet_of
+from golden.bodies import feet_in, feet_of, limbs_of
 from golden.catalogue import recognised
 from golden.worlds import (
     RIGS,
@@ -23,12 +23,6 @@ FRAMES = 40
 
 def limbs(poses) -> np.ndarray:
     return change_frame(poses, Z_UP.with_(origin="pelvis")).joints[:, H36M17.indices(LIMBS)]
-
-
-def limbs_of(world) -> np.ndarray:
-    """Of joints (T, 17, 3), relative to the middle of the hips."""
-    hips = world[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
-    return (world - hips)[:, H36M17.indices(LIMBS)]
 
 
 @pytest.fixture

@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from golden.lifters import openpose3d, openpose_joints
+from golden.bodies import placed
+from golden.lifters import openpose3d
 from pcnet3d.adapters import json3d, read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import BODY_25, OPENPOSE18
@@ -23,11 +24,11 @@ def save(tmp_path):
 
 @pytest.fixture
 def alone(turning) -> list[list[np.ndarray]]:
-    return [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, BODY_25)]
+    return [[body] for body in placed(turning(FRAMES) + AWAY_M, BODY_25.joints)]
 
 
 def test_other_joints_under_another_name_after_a_frame_of_nobody(save, turning):
-    frames = [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, OPENPOSE18)]
+    frames = [[body] for body in placed(turning(FRAMES) + AWAY_M, OPENPOSE18.joints)]
     folder = save([[], *frames], "body_keypoints_3d")
     fits = [name for name, each in adapters().items() if each.sniff(folder)]
     assert fits == ["json2d", "json3d"]  # its 2D results are there too; 3D comes first

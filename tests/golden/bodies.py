@@ -1,5 +1,6 @@
 """The person whom every golden file shows: upright, knees bent, turning on the spot or walking off."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from golden.detections import Scene, moving
 from pcnet3d.pipeline import H36M17, PoseSequence, rotate
-from pcnet3d.pipeline.core.layouts import FEET, Layout, body_of
+from pcnet3d.pipeline.core.layouts import FEET, LIMBS, Layout, body_of
 
 BODY_AND_FEET = body_of(FEET.joints)
 
@@ -64,6 +65,34 @@ def feet_of(bodies: np.ndarray) -> np.ndarray:
 def with_feet(bodies: np.ndarray) -> np.ndarray:
     """(T, 23, 3) the same bodies (T, 17, 3) with their `feet_of`, in the order of BODY_AND_FEET."""
     return np.concatenate([bodies, feet_of(bodies)], axis=1)
+
+
+# At which joint of H36M17 lies one that it lacks, by the first word of its name; others are parts of a hand.
+_NEAR = {
+    **dict.fromkeys(("eye", "mouth", "jaw"), "nose"), **dict.fromkeys(("ear", "head"), "head"),
+    **dict.fromkeys(("neck", "upper", "neck2", "skull"), "thorax"), "hips": "pelvis",
+    **dict.fromkeys(("spine1", "spine2", "spine3", "chest"), "spine"),
+    **dict.fromkeys(("acromion", "collar", "clavicle"), "shoulder"), **dict.fromkeys(("olecranon", "cubital"), "elbow"),
+    **dict.fromkeys(("foot", "toe", "toes"), "ankle"),
+}  # fmt: skip
+
+
+def placed(bodies: np.ndarray, joints: Sequence[str]) -> np.ndarray:
+    """(T, J, 3) of any layout's joints on bodies (T, 17, 3): those of H36M17 and of the feet where they are, others at
+    the joint that is nearest."""
+    points, rows = (*H36M17.joints, *FEET.joints), []
+    for joint in joints:
+        side, part = (joint[:2], joint[2:]) if joint[1] == "_" else ("", joint)
+        near = _NEAR.get(part.partition("_")[0], "wrist")
+        known = joint if joint in points else near if near in points else side + near
+        rows.append(points.index(known))
+    return with_feet(bodies)[:, rows]
+
+
+def limbs_of(bodies: np.ndarray) -> np.ndarray:
+    """(T, 12, 3) of joints (T, 17, 3), from the middle of the hips."""
+    hips = bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
+    return (bodies - hips)[:, H36M17.indices(LIMBS)]
 
 
 def feet_in(poses: PoseSequence) -> np.ndarray:

@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 
 from golden import detections, estimators, films, landmarks, lifters, phalp, sensors, worlds
-from golden.bodies import Person, feet_of
+from golden.bodies import BODY_AND_FEET, Person, placed, with_feet
 from golden.strapped import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, FEET, HALPE26, MHR70, OPENPOSE18, Layout
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, HALPE26, MHR70, OPENPOSE18, Layout
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
-_BODY_AND_FEET = Layout("body and feet", (*H36M17.joints, *FEET.joints))
 AWAY_M = np.array([0.3, 0.1, 4.0])
 
 
@@ -62,7 +61,7 @@ def _mmpose3d(form: str, person: Person, folder: Path) -> Path:
 
 
 def _openpose3d(person: Person, folder: Path, layout: Layout = BODY_25) -> Path:
-    bodies = lifters.openpose_joints(person.turning(FRAMES) + AWAY_M, layout)
+    bodies = placed(person.turning(FRAMES) + AWAY_M, layout.joints)
     return lifters.openpose3d(folder, [[body, body + np.array([2.0, 0, 0])] for body in bodies])
 
 
@@ -97,10 +96,7 @@ def _bvh(program: str, person: Person, folder: Path) -> Path:
 
 
 def _opencap(person: Person, folder: Path) -> Path:
-    body = person.standing(FRAMES)
-    joints = np.concatenate([body, feet_of(body)], axis=1)[
-        :, _BODY_AND_FEET.indices([*worlds.OPENCAP.values()])
-    ]
+    joints = with_feet(person.standing(FRAMES))[:, BODY_AND_FEET.indices([*worlds.OPENCAP.values()])]
     return worlds.trc(folder / "walk1.trc", worlds.OPENCAP, worlds.y_up(joints))
 
 
@@ -158,7 +154,7 @@ def _openpose_25b(person: Person, folder: Path) -> Path:
     """Bodies as long as those of a person, by which alone BODY_25B is told from BODY_25."""
     scene = {}
     for name, bodies in enumerate(_two_turning(person)):
-        joints = 200 * lifters.openpose_joints(bodies, BODY_25B)[..., :2] + [400 + 500 * name, 300]
+        joints = 200 * placed(bodies, BODY_25B.joints)[..., :2] + [400 + 500 * name, 300]
         scores = np.broadcast_to(np.linspace(0.3, 0.9, len(BODY_25B)), joints.shape[:2])
         scene[str(name)] = np.arange(FRAMES), np.concatenate([joints, scores[..., None]], axis=-1)
     return detections.openpose(folder, scene)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from golden import worlds
-from golden.bodies import feet_of
+from golden.bodies import feet_of, placed
 from golden.lifters import box_of
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, FEET, MHR70, SOMA77
@@ -18,22 +18,9 @@ AWAY_M = np.array([0.3, 0.1, 4.0])
 FOCAL_PX = 1468.6  # the diagonal of 1280 x 720
 
 
-def _placed(bodies: np.ndarray, joints: tuple[str, ...], near: dict[str, str]) -> np.ndarray:
-    """(T, J, 3): the joints that H36M17 has and the feet where they are, others at the joint that is named for them."""
-    points = (*H36M17.joints, *FEET.joints)
-    rows = []
-    for joint in joints:
-        side, _, part = joint.partition("_")
-        instead = near.get(joint) or (f"{side}_{near[part]}" if part in near else f"{side}_wrist")
-        rows.append(points.index(joint if joint in points else instead))
-    return np.concatenate([bodies, feet_of(bodies)], axis=1)[:, rows]
-
-
 def mhr70(bodies: np.ndarray) -> np.ndarray:
     """(T, 70, 3) about the pelvis."""
-    near = {"olecranon": "elbow", "cubital_fossa": "elbow", "acromion": "shoulder", "neck": "thorax"}
-    face = {f"{side}_{part}": at for side in "lr" for part, at in (("eye", "nose"), ("ear", "head"))}
-    return _placed(bodies, MHR70.joints, near | face)
+    return placed(bodies, MHR70.joints)
 
 
 def sam3d(bodies: np.ndarray, person: int = 0) -> list[dict]:
@@ -92,16 +79,9 @@ def instanthmr(folder: Path, people: list[np.ndarray]) -> Path:
     return folder / "instanthmr.npz"
 
 
-_SOMA_NEAR = {
-    "hips": "pelvis", "spine1": "spine", "spine2": "spine", "chest": "spine", "neck": "thorax", "neck2": "thorax",
-    "skull": "thorax", "head_top": "head", "jaw": "nose", "l_eye": "nose", "r_eye": "nose", "collar": "shoulder",
-    "toe_base": "ankle", "toe_end": "ankle",
-}  # fmt: skip
-
-
 def soma(folder: Path, world: np.ndarray) -> Path:
     """Kimodo's .npz of somaskel77, of bodies z up."""
-    joints = worlds.y_up(_placed(world, SOMA77.joints, _SOMA_NEAR)).astype(np.float32)
+    joints = worlds.y_up(placed(world, SOMA77.joints)).astype(np.float32)
     still = np.tile(np.eye(3, dtype=np.float32), (*joints.shape[:2], 1, 1))
     path = folder / "motion_00.npz"
     np.savez(
@@ -254,25 +234,20 @@ def vibe_people(people: list[np.ndarray]) -> dict:
             "pred_cam": np.zeros((len(bodies), 3), np.float32),
             "verts": None,
             "pose": np.zeros((len(bodies), 72), np.float32),
-            "joints3d": np.concatenate([_body_25(bodies), np.zeros((len(bodies), 24, 3))], axis=1).astype(
-                np.float32
-            ),
+            "joints3d": np.concatenate(
+                [placed(bodies, BODY_25.joints), np.zeros((len(bodies), 24, 3))], axis=1
+            ).astype(np.float32),
             "frame_ids": np.arange(len(bodies)),
         }
         for person, bodies in enumerate(people, 1)
     }
 
 
-def _body_25(bodies: np.ndarray) -> np.ndarray:
-    near = {f"{side}_{part}": at for side in "lr" for part, at in (("eye", "nose"), ("ear", "head"))}
-    return _placed(bodies, BODY_25.joints, near | {"neck": "thorax"})
-
-
 def easymocap3d(folder: Path, world: np.ndarray) -> Path:
     """EasyMocap's keypoints3d of one person, of bodies z up; a wrist is lost at times."""
     folder = folder / "keypoints3d"
     folder.mkdir()
-    scored = np.concatenate([_body_25(world), np.full((len(world), 25, 1), 0.9)], axis=-1)
+    scored = np.concatenate([placed(world, BODY_25.joints), np.full((len(world), 25, 1), 0.9)], axis=-1)
     scored[:, 0, 3] = 0.7
     scored[7, BODY_25.index("l_wrist")] = 0
     for frame, row in enumerate(scored.round(5).tolist()):
@@ -289,21 +264,16 @@ KINECT = [
     *(f"{part}_{side}".upper() for side in ("left", "right") for part in ("hip", "knee", "ankle", "foot")),
     "HEAD", "NOSE", "EYE_LEFT", "EAR_LEFT", "EYE_RIGHT", "EAR_RIGHT",
 ]  # fmt: skip
-_NEAR_KINECT = {
-    "spine": "spine", "neck": "thorax", "head": "head", "clavicle": "shoulder", "hand": "wrist", "handtip": "wrist",
-    "thumb": "wrist", "foot": "ankle", "eye": "nose", "ear": "head", "heel": "ankle", "chest": "spine",
-}  # fmt: skip
 
 
 def _of_kinect(bodies: np.ndarray, names: list[str]) -> np.ndarray:
-    rows = []
+    """Of names such as ELBOW_LEFT, left_ear and SPINE_NAVEL."""
+    plain = []
     for name in names:
         words = name.lower().split("_")
-        side = next((word[0] + "_" for word in words if word in ("left", "right")), "")
-        part = next(word for word in words if word not in ("left", "right"))
-        joint = _NEAR_KINECT.get(part, part)
-        rows.append(H36M17.index(side + joint if side + joint in H36M17 else joint))
-    return bodies[:, rows]
+        sides = [f"{word[0]}_" for word in words if word in ("left", "right")]
+        plain.append("".join([*sides, next(word for word in words if word not in ("left", "right"))]))
+    return placed(bodies, plain)
 
 
 def azure_kinect(folder: Path, people: list[np.ndarray]) -> Path:
@@ -352,11 +322,10 @@ def zed(folder: Path, people: list[np.ndarray]) -> Path:
 
 def movid_people(people: list[np.ndarray]) -> dict:
     """WHAM's dict with MoViD's joints in it, 31 of them, about the hips' middle."""
-    near = {f"{side}_{part}": at for side in "lr" for part, at in (("eye", "nose"), ("ear", "head"))}
     subjects = wham_people(people)
     for bodies, held in zip(people, subjects.values(), strict=True):
         hips = bodies[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
-        joints = _placed(bodies, COCO17.joints, near) - hips[:, None]
+        joints = placed(bodies, COCO17.joints) - hips[:, None]
         held["joints3d"] = np.concatenate([joints, joints[:, :14]], axis=1).astype(np.float32)
         held["trans_cam"] = (hips + AWAY_M).astype(np.float32)
     return subjects

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.bodies import feet_of
+from golden.bodies import BODY_AND_FEET, placed, with_feet
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33
 
 NAMES = [
     "nose", "left_eye_inner", "left_eye", "left_eye_outer", "right_eye_inner", "right_eye", "right_eye_outer",
@@ -146,20 +146,9 @@ def landmarks(bodies: np.ndarray) -> np.ndarray:
     """(T, 33, 4) of bodies (T, 17, 3) in CAMERA: the hips' middle at the origin, with visibilities; what our layout
     lacks lies near head and hands, the foot index between the toes."""
     bodies = bodies - bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
-    near = {"ear": "head"} | dict.fromkeys(("pinky", "index", "thumb"), "wrist")
-    feet = dict(zip(FEET.joints, np.moveaxis(feet_of(bodies), 1, 0), strict=True))
-    found = []
-    for joint in BLAZEPOSE33.joints:
-        side, _, part = joint.partition("_")
-        if part == "foot_index":
-            found.append((feet[f"{side}_big_toe"] + feet[f"{side}_small_toe"]) / 2)
-            continue
-        if joint in feet:
-            found.append(feet[joint])
-            continue
-        if joint not in H36M17.joints:
-            joint = near.get(part, "nose")
-            joint = joint if joint in H36M17.joints else f"{side}_{joint}"
-        found.append(bodies[:, H36M17.index(joint)])
+    points, feet = placed(bodies, BLAZEPOSE33.joints), with_feet(bodies)
+    for side in "lr":
+        toes = BODY_AND_FEET.indices([f"{side}_big_toe", f"{side}_small_toe"])
+        points[:, BLAZEPOSE33.index(f"{side}_foot_index")] = feet[:, toes].mean(axis=1)
     visibility = np.broadcast_to(np.arange(33) / 40, (len(bodies), 33))
-    return np.concatenate([np.stack(found, axis=1), visibility[..., None]], axis=-1)
+    return np.concatenate([points, visibility[..., None]], axis=-1)

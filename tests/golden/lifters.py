@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from golden.bodies import feet_of
-from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.layouts import COCO23, FEET, Layout
+from golden.bodies import placed
+from pcnet3d.pipeline import rotate
+from pcnet3d.pipeline.core.layouts import COCO23
 
 CLIP = 243
 
@@ -108,15 +108,6 @@ def mmpose3d(folder: Path, frames: list[list[dict]], form: str = "inferencer") -
     return path
 
 
-def openpose_joints(bodies: np.ndarray, layout: Layout) -> np.ndarray:
-    """(T, J, 3): the joints that H36M17 has and the feet where they are, others beside them."""
-    stand_ins = {"neck": "thorax", "upper_neck": "thorax", "head_top": "head"}
-    stand_ins |= {"l_eye": "nose", "r_eye": "nose", "l_ear": "head", "r_ear": "head"}
-    points = (*H36M17.joints, *FEET.joints)
-    rows = [points.index(stand_ins.get(joint, joint)) for joint in layout.joints]
-    return np.concatenate([bodies, feet_of(bodies)], axis=1)[:, rows]
-
-
 def openpose3d(folder: Path, frames: list[list[np.ndarray]], name: str = "pose_keypoints_3d") -> Path:
     """frames: each frame's people, (J, 3) each; a joint of NaN was not found."""
     folder = folder / "json"
@@ -162,16 +153,7 @@ def rtmw3d(
 
 def _rtmw3d_crop(bodies: np.ndarray) -> np.ndarray:
     """(T, 133, 3): pixels and depth bins of the crop."""
-    own = {joint: bodies[:, i] for i, joint in enumerate(H36M17.joints)}
-    face = {
-        "l_eye": [0.03, -0.03, 0],
-        "r_eye": [-0.03, -0.03, 0],
-        "l_ear": [0.07, 0, 0.09],
-        "r_ear": [-0.07, 0, 0.09],
-    }
-    own |= dict(zip(FEET.joints, np.moveaxis(feet_of(bodies), 1, 0), strict=True))
-    coco = [own[joint] if joint in own else own["nose"] + np.array(face[joint]) for joint in COCO23.joints]
-    whole = np.stack([*coco, *[own["nose"]] * (133 - len(coco))], axis=1)
+    whole = placed(bodies, [*COCO23.joints, *["nose"] * (133 - len(COCO23))])
     crop = np.empty_like(whole)
     crop[..., :2] = whole[..., :2] * 170 + [144, 190]
     crop[..., 2] = (whole[..., 2] / 2.1744869 + 1) * 144

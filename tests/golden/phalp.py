@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pcnet3d.pipeline import H36M17
+from golden.bodies import placed
 from pcnet3d.pipeline.core.layouts import BODY_25
 
 
@@ -69,13 +69,8 @@ WRITERS = {
 
 def tracks(bodies: np.ndarray) -> dict:
     """PHALP's dict: person 1 in every frame, person 2 from frame 10, remembered but unseen from frame 30."""
-    near = {"neck": "thorax", "r_eye": "nose", "l_eye": "nose", "r_ear": "head", "l_ear": "head"}
-    theirs = [near.get(j, j if j in H36M17 else f"{j[0]}_ankle") for j in BODY_25.joints]
-    body = bodies[:, H36M17.indices(theirs)]
-    body = (
-        np.concatenate([body, np.full((len(bodies), 19, 3), 7.0), np.zeros((len(bodies), 1, 3))], axis=1)
-        + 0.25
-    )
+    others = np.full((len(bodies), 19, 3), 7.0), np.zeros((len(bodies), 1, 3))
+    body = np.concatenate([placed(bodies, BODY_25.joints), *others], axis=1) + 0.25
     frames = {}
     for t in range(len(bodies)):
         ids = [1, 2] if t >= 10 else [1]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.bodies import feet_of
+from golden.bodies import placed
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23, FEET
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23
 from pcnet3d.pipeline.files.skeletons import SMPL
 
 # HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
@@ -196,10 +196,8 @@ def _frame(along: np.ndarray, forward: np.ndarray) -> np.ndarray:
 
 def smpl(world) -> np.ndarray:
     """(T, 24, 3) in SMPL's order, hands at the wrists; the collars are of no matter."""
-    theirs = {"spine1": "spine", "spine2": "spine", "spine3": "spine", "neck": "thorax", "head": "nose"}
-    theirs |= {f"{s}_{a}": f"{s}_{b}" for s in "lr" for a, b in (("toes", "ankle"), ("collar", "shoulder"))}
-    names = [theirs.get(name, name) for name in SMPL] + ["l_wrist", "r_wrist"]
-    return world[:, H36M17.indices(names)]
+    names = ["nose" if name == "head" else name for name in SMPL]
+    return placed(world, [*names, "l_hand", "r_hand"])
 
 
 R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # the inverse of (x, y, z) -> (z, x, y)
@@ -207,22 +205,12 @@ R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # the inv
 
 def freemocap(world: np.ndarray) -> np.ndarray:
     """(T, 33, 3) millimetres in MediaPipe's order; what our layout lacks lies near the head, hands and feet."""
-    near = {"ear": "head", "eye": "nose", "mouth": "nose"}
-    joints = [
-        joint if joint in H36M17
-        else near[part] if (part := joint.split("_")[1]) in near
-        else f"{joint[0]}_{'ankle' if part in ('heel', 'foot') else 'wrist'}"
-        for joint in BLAZEPOSE33.joints
-    ]  # fmt: skip
-    return 1000 * world[:, H36M17.indices(joints)]
+    return 1000 * placed(world, BLAZEPOSE33.joints)
 
 
 def freemocap_rtmpose(world: np.ndarray) -> np.ndarray:
     """(T, 23, 3) millimetres in COCO-WholeBody's order of body and feet; eyes lie at the nose, ears at the head."""
-    near = {"eye": "nose", "ear": "head"}
-    points = (*H36M17.joints, *FEET.joints)
-    rows = [points.index(joint if joint in points else near[joint[2:]]) for joint in COCO23.joints]
-    return 1000 * np.concatenate([world, feet_of(world)], axis=1)[:, rows]
+    return 1000 * placed(world, COCO23.joints)
 
 
 def freemocap_csv(folder: Path, joints: np.ndarray) -> Path:
