@@ -176,27 +176,3 @@ def test_people_are_separated(tmp_path, world, turning, boxes):
     for poses, expected in zip(people, (world, other), strict=True):
         wrist = BLAZEPOSE33.index("r_wrist")
         np.testing.assert_allclose(poses.joint("r_wrist"), expected[:, wrist, :3], atol=1e-6)
-
-
-BAD = {
-    "cell": ("a.csv", lambda text: text.replace("0.1", "x.1", 1), "expected a number, got"),
-    "cut row": ("a.csv", lambda text: text[: len(text) - 400], "expected a number, got"),
-    "cut json": ("a.json", lambda text: text[:-30], "is incomplete or damaged"),
-    "landmarks": (
-        "a.json",
-        lambda text: text.replace('"pose_world": [[', '"pose_world": [[0, 0, 0, 0], [', 1),
-        "got 34",
-    ),
-    "no frames": ("a.json", lambda text: "[]", "found none"),
-    "no landmarks": ("a.json", lambda text: '[{"frame": 3}]', "expected a frame with pose_world_landmarks"),
-    "header": ("a.csv", lambda text: "time,x,y\n1,2,3\n", "33 landmarks"),
-}
-
-
-@pytest.mark.parametrize(("file", "change", "says"), BAD.values(), ids=BAD.keys())
-def test_bad_files(tmp_path, world, file, change, says):
-    path = (wide if file == "a.csv" else pose_world_json)(tmp_path, world)
-    path.write_text(change(path.read_text()))
-    with pytest.raises(InputError, match=says) as error:
-        read(path, "mediapipe")
-    assert file in str(error.value)

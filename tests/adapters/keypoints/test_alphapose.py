@@ -106,16 +106,6 @@ def test_of_whole_body_models_the_body_is_read(results, joints, layout):
     np.testing.assert_allclose(poses.joints[0, :, 1], 10.0 * np.arange(len(poses.layout)))
 
 
-def test_mixed_numbers_of_joints(tmp_path):
-    people = [
-        {"image_id": f"{i}.jpg", "keypoints": [100.0, 50.0, 0.5] * n, "idx": 1}
-        for i, n in enumerate((17, 26))
-    ]
-    (tmp_path / "mixed.json").write_text(json.dumps(people))
-    with pytest.raises(InputError, match="got 17 and 26"):
-        read(tmp_path / "mixed.json")
-
-
 def test_neck_that_is_a_head_is_refused(write, moving):
     """With Halpe models --format cmu writes the top of the head where the neck belongs."""
     frames, points = moving(18)

@@ -42,24 +42,6 @@ def test_3d_output_is_refused(path):
         json2d.read(path)
 
 
-@pytest.mark.parametrize(
-    ("what", "values", "words"),
-    [
-        *(("keypoint_scores", [0.5] * n, ": expected x, y and one score of each joint") for n in (0, 1, 16)),
-        *(
-            ("keypoints", other, "")
-            for other in ([], [1.0], [[1.0, 2.0], [3.0]], [["a", "b"]], {"x": 1}, None, [[1e999, 2]])
-        ),
-    ],
-)
-def test_scores_that_do_not_fit_and_keypoints_of_another_form(path, what, values, words):
-    def spoil(frames):
-        frames[1]["instances"][0][what] = values
-
-    with pytest.raises(InputError, match=f"entry 1{words}"):
-        json2d.read(_edited(path, spoil))
-
-
 def test_other_joint_order_is_refused(write, moving):
     """PoseTrack18 has 17 joints as well: nose, head_bottom, head_top, left_ear, ..."""
     path = write("mmpose_demo", {"0": moving(17)})

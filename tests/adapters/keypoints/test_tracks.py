@@ -7,6 +7,7 @@ import pytest
 
 from pcnet3d.adapters import read_all
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, H36M17, HALPE26
 
 UNTRACKED = ["openpose", "coco_results", "mmpose_inferencer"]
 
@@ -28,6 +29,27 @@ def test_order_in_the_file_does_not_matter(write, moving, form):
     people = _people(write, form, *mixed)
     np.testing.assert_allclose(people["0"].joints, left[1][..., :2], atol=1e-4)
     np.testing.assert_allclose(people["1"].joints, right[1][..., :2], atol=1e-4)
+
+
+@pytest.mark.parametrize("scored", [False, True])
+@pytest.mark.parametrize(
+    ("form", "layout"),
+    [
+        ("alphapose", HALPE26),
+        ("openpose", BODY_25),
+        ("mmpose_demo", COCO17),
+        ("detectron", COCO17),
+        ("vis2d", H36M17),
+    ],
+)
+def test_a_joint_in_the_images_corner_is_missing(write, moving, form, layout, scored):
+    """There exports of YOLO leave a score."""
+    frames, points = moving(len(layout))
+    points[3, layout.index("r_wrist"), : 2 if scored else 3] = 0
+    (poses,) = read_all(write(form, {"0": (frames, points)}), gives="keypoints")
+    missing = np.isnan(poses.joints).any(axis=-1)
+    assert np.argwhere(missing).tolist() == [[3, layout.index("r_wrist")]]
+    assert np.isnan(poses.confidence[3, layout.index("r_wrist")])
 
 
 def test_one_person_stays_one_over_any_gap(write, moving):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from golden.pickles import Trap
-from pcnet3d.adapters import detectron, read, read_all, videopose2d
+from pcnet3d.adapters import detectron, read, read_all
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import H36M17
 from refusals import refused
@@ -56,20 +56,6 @@ def test_human36m(save, moving):
             read(path, **options)
 
 
-def test_other_contents_have_words(save):
-    for positions, layout in (
-        ({"a": {"custom": [np.zeros((3, 16, 2))]}}, "coco"),
-        ({"a": {"custom": [np.full((3, 17, 2), np.inf)]}}, "coco"),
-        ({"a": {"custom": [None]}}, "coco"),
-        ({"a": {"custom": 3}}, "coco"),
-        ({"a": [1]}, "coco"),
-        ({}, "coco"),
-        (None, "mpii"),
-    ):
-        with pytest.raises(InputError, match=r"mine\.npz"):
-            videopose2d.read(save(positions, layout))
-
-
 def test_a_file_that_would_run_something_is_refused(save, write, moving, tmp_path):
     mark = tmp_path / "was here"
     two = save({"a": {"custom": [Trap(mark)]}})
@@ -112,23 +98,6 @@ def test_detections_of_python_2(write, moving):
             archive.writestr(f"{name}.npy", stream.getvalue())
     np.load(path, allow_pickle=True, encoding="latin1")["keypoints"]  # what it is meant to be
     np.testing.assert_allclose(read(path).joints, points[..., :2], atol=1e-4)
-
-
-def test_a_frame_of_another_shape_is_named(write, moving):
-    path = write("detectron", {"0": moving(17)})
-    for wrong in (
-        np.zeros((1, 3, 17)),
-        np.zeros((1, 4, 17), dtype="S1"),
-        [1],
-        np.full((1, 4, 17), np.inf),
-        "x",
-    ):
-        held = dict(np.load(path, allow_pickle=True))
-        held["keypoints"][5, 1] = wrong
-        np.savez_compressed(path, **held)
-        with pytest.raises(InputError, match="frame 5: expected"):
-            detectron.read(path)
-        held["keypoints"][5, 1] = []
 
 
 def test_plain_arrays_are_not_its_own(tmp_path):
