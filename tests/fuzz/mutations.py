@@ -19,15 +19,11 @@ _OF_SUFFIX: dict[str, tuple[Mutation, ...]] = {
     ".npy": (npy_header, npy_values),
     ".npz": (npz,),
     ".pkl": (opcode, opcode, opcode, squeezed, integer),
-    ".pt": (npz, opcode),
     ".c3d": (integer, real),
-    ".mat": (integer, real),
     ".mp4": (integer,),
     ".onnx": (integer,),
     ".parquet": (integer,),
-    **dict.fromkeys(
-        (".csv", ".trc", ".bvh", ".txt", ".sensors", ".toml", ".asf", ".amc", ".yml", ".yaml", ".xml"), TEXT
-    ),
+    **dict.fromkeys((".csv", ".trc", ".bvh", ".txt", ".toml", ".yml", ".yaml"), TEXT),
 }
 
 

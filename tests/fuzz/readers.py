@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -22,7 +21,6 @@ from fuzz.mutations import mutated
 from golden import cameras
 from golden.bodies import Person
 from golden.catalogue import CATALOGUE
-from golden.trainings import TINY
 
 _LARGEST = 1_500_000  # bytes of a real file that is worth damaging again and again
 
@@ -91,11 +89,6 @@ def _read_recipe(path: Path) -> object:
     return load_recipe(path).build()
 
 
-def _config(folder: Path) -> Path:
-    (folder / "tiny.toml").write_text(TINY, encoding="utf-8")
-    return folder / "tiny.toml"
-
-
 def _run(folder: Path) -> Path:
     from pcnet3d.pipeline.reading.settings import RunOptions
     from pcnet3d.pipeline.running.recipe import Recipe
@@ -144,66 +137,6 @@ def _read_lifter(path: Path) -> object:
     _open.cache_clear()
     flat = 400 + 300 * Person().turning(5)[..., :2]
     return lift(PoseSequence(flat, H36M17, IMAGE), (1000, 1000), model=str(path))
-
-
-def _tiny() -> Any:
-    from pcnet3d.models.lab.training.rectifier.train import TrainConfig
-
-    return TrainConfig.model_validate(tomllib.loads(TINY))
-
-
-def _weights(folder: Path) -> Path:
-    import torch
-
-    from pcnet3d.models.lab.training.rectifier.net import PCNet
-
-    torch.save(PCNet(_tiny().net).state_dict(), folder / "best.pt")
-    return folder / "best.pt"
-
-
-def _read_weights(path: Path) -> object:
-    from pcnet3d.models.lab.training.rectifier.train import best_of
-
-    return best_of(_tiny(), path.parent)
-
-
-def _state() -> Any:
-    from pcnet3d.models.lab.training.loop import State
-    from pcnet3d.models.lab.training.rectifier.net import PCNet
-
-    return State(PCNet(_tiny().net), (), _tiny(), "")
-
-
-def _checkpoint(folder: Path) -> Path:
-    (folder / "run").mkdir()
-    _state().save(folder / "run")
-    return folder / "run"
-
-
-def _read_checkpoint(path: Path) -> object:
-    state = _state()
-    state.load(path)
-    return state
-
-
-def _clips(folder: Path) -> Path:
-    from pcnet3d.models.lab.mocap.clips import Clip
-    from pcnet3d.models.lab.mocap.convert import write_mocap
-
-    clips = [
-        Clip(f"{i:02d}_01", f"{i:02d}", "max", 30.0, Person().standing(40).astype(np.float32))
-        for i in range(3)
-    ]
-    write_mocap(folder / "mocap.npz", clips)
-    split = {"train": ["00"], "val": ["01"], "test": ["02"]}
-    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
-    return folder / "mocap.npz"
-
-
-def _read_clips(path: Path) -> object:
-    from pcnet3d.models.lab.mocap.clips import read_parts
-
-    return read_parts(path, path.parent / "split.json", ("train", "val"))
 
 
 def _truth(folder: Path) -> Path:
@@ -270,17 +203,9 @@ OTHERS = {
     "take of a study": Reader(_summary, _read_study),
     "detections of a run": Reader(_run_keypoints, _read_run_keypoints),
     "recipe": Reader(_recipe, _read_recipe),
-    "training config": Reader(_config, _by("models.lab.train", "read_config")),
     "run folder": Reader(_run, _by("stages.study.compare.side", "load_side")),
     "rectifier": Reader(_onnx("rectifier/pcnet.onnx"), _read_rectifier),
     "lifter": Reader(_onnx("lifter/lifter.onnx"), _read_lifter),
-    "weights": Reader(_weights, _read_weights),
-    "checkpoint": Reader(_checkpoint, _read_checkpoint),
-    "training data": Reader(_clips, _read_clips),
-    "training split": Reader(
-        lambda folder: _clips(folder).with_name("split.json"),
-        lambda path: _read_clips(path.with_name("mocap.npz")),
-    ),
     "truth": Reader(_truth, _by("stages.study.compare.truth", "read_truth")),
     **{f"camera file, {form}": Reader(write, _read_camera) for form, write in cameras.WRITERS.items()},
 }
@@ -341,7 +266,6 @@ def damage(reader: str, corpus: Path, number: int, place: Path) -> tuple[Seed, P
     shutil.copytree(seed.folder, place)
     path = place / seed.name
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
-    files += sorted(place.glob("*calib_imu_ref.txt"))  # what lies beside .sensors
     file = rng.choice(files[:1] + files)
     file.write_bytes(mutated(file.read_bytes(), file.suffix, rng))
     return replace(seed, folder=place), file

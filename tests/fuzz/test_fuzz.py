@@ -28,8 +28,6 @@ def worker():
 
 @pytest.mark.parametrize("reader", [*names(), *WITH_REAL_FILES])
 def test_damaged_files_have_words_or_are_read(reader, worker, tmp_path):
-    if reader in ("training config", "weights", "checkpoint"):
-        pytest.importorskip("torch")
     found = fuzz(reader, range(FILES), tmp_path, worker)
     assert found.files == FILES
     assert not found.findings, found.line()
