@@ -55,7 +55,6 @@ def test_what_is_not_run():
         "up: needs a video and a network's time",
         "up: needs a video of a built place",
         "video: downloads networks",
-        "video: needs networks that others publish; tests/models/lifter runs small ones of their forms",
         "visits: needs a cluster; tests/stages/study/batch starts one",
         "visits: needs a study; tests/pages/test_recipes.py runs it on published figures",
         "visits: needs subjects with several takes at a visit; tests/pages/test_recipes.py runs it on published "
