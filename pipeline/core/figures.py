@@ -42,12 +42,12 @@ OF_LENGTH = ("length", "speed")  # units that say something only where the take 
 ERRORS = {
     "": "none",
     "angle": "the stated errors of the angle",
-    "unchecked": "the stated errors of the angle; not checked",
-    "repeated": "the angle's, and the frame rate; of lifted ones 0.15 s each",
-    "sides": "both ranges, with what both have in common",
-    "gait": "walks of simulated strangers; of lengths, the pelvis path too",
-    "spread": "none: spread of six values or more, where larger than the error of one",
-    "flight": "flights of train and validation people, and the error of up",
+    "unchecked": "the stated errors of the angle; not compared with a truth",
+    "repeated": "the stated errors of the angle, and the frame rate; of each lifted one 0.15 s",
+    "sides": "the stated errors of both ranges, less what they have in common",
+    "gait": "errors measured on lifted walks; of lengths, that of the pelvis path too",
+    "spread": "none: given for six values or more that vary by more than the error of one",
+    "flight": "errors measured on lifted jumps, and that of up",
     "unknown": "not known",
 }
 
@@ -132,20 +132,22 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
     ],
     "walking": [
         ("steps", "steps", "", "first", "",
-         "From one foot's landing to the other foot's; a walk has one landing more than it has steps."),
+         "From one foot's initial contact to the other's; a walk has one contact more than it has steps."),
         ("cadence", "cadence", "spm", "first", "gait",
          "Steps a minute, by the mean step time. Adults who walk at ease: 100 to 120."),
         ("walking_speed", "speed", "speed", "first", "gait",
-         "Distance that the pelvis moves between landings, divided by time. Adults who walk at ease: 1.2 to 1.4 m/s."),
+         "Distance that the pelvis moves between initial contacts, divided by time. Adults who walk at ease: 1.2 to "
+         "1.4 m/s."),
         ("step_length", "step length", "length", "first", "gait",
          "From the other foot's place to this foot's, along the walk."),
         ("stride_length", "stride length", "length", "page", "gait",
          "From a foot's place to its next one, along the walk."),
         ("step_width", "step width", "length", "page", "gait",
-         "How far to the side a foot stands from the middle of the other foot's two places (Huxham et al. 2006)."),
-        ("step_time", "step time", "s", "page", "gait", "From one foot's landing to the other's."),
+         "Sideways distance of a foot from the middle of the other foot's places before and after it (Huxham et al. "
+         "2006)."),
+        ("step_time", "step time", "s", "page", "gait", "From one foot's initial contact to the other's."),
         ("stride_time", "stride time", "s", "page", "gait",
-         "From a foot's landing to its next: one gait cycle (Hollman et al. 2011)."),
+         "From a foot's initial contact to its next: one gait cycle (Hollman et al. 2011)."),
         ("stance_time", "stance time", "s", "page", "gait", "How long a foot is on the floor."),
         ("swing_time", "swing time", "s", "page", "gait", "How long a foot is in the air."),
         ("stance", "stance phase", "percent", "page", "gait",
@@ -157,7 +159,7 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
          "Share of the gait cycle in which both feet are on the floor; none in a run."),
         ("flight_time", "flight time", "s", "page", "gait", "How long both feet are in the air."),
         ("knee_at_contact", "knee flexion at initial contact", "deg", "page", "unchecked",
-         "Knee flexion when the foot lands (Benedetti et al. 1998)."),
+         "Knee flexion when the foot touches the floor (Benedetti et al. 1998)."),
         ("knee_loading_peak", "knee flexion, peak in loading response", "deg", "page", "unchecked",
          "The highest knee flexion in the first half of stance."),
         ("knee_swing_peak", "knee flexion, peak in swing", "deg", "page", "unchecked",
@@ -166,40 +168,41 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
          "The thigh's lowest flexion against the trunk in a stride; negative: behind the trunk."),
         ("walks", "walks or runs", "", "page", "",
          "At least three steps (two of a run) without a stop or a sharp turn."),
-        ("walked", "time walked", "s", "page", "unknown", "From the first landing to the last, of all walks together."),
-        ("steps_by_knees", "steps told by the knees", "", "page", "",
-         "Steps towards the camera or away from it are hard to see; these are told by the knees' rhythm, and are in no "
-         "mean."),
+        ("walked", "time walked", "s", "page", "unknown",
+         "From the first initial contact to the last, of all walks together."),
+        ("steps_by_knees", "steps by the knees", "", "page", "",
+         "Steps towards the camera or away from it are hard to see; these are recognised by the knees' rhythm. Means "
+         "leave them out."),
         ("backward_steps", "backward steps", "", "page", "",
-         "Steps of walks in which the feet land behind each other; means are over both ways."),
-        ("strides", "strides", "", "page", "", "From a foot's landing to the next landing of the same foot."),
+         "Steps of walks in which the feet are put down behind each other; means are over both ways."),
+        ("strides", "strides", "", "page", "", "From a foot's initial contact to its next."),
         ("belt_speed", "belt speed", "speed", "page", "gait", "Speed of the treadmill, by the feet that it carries."),
-        ("gait", "gait", "text", "files", "", "`walking`, `running`, or `walking or running` where flights cannot be "
-         "told."),
+        ("gait", "gait", "text", "files", "",
+         "`walking`, `running`, or `walking or running` where it is not known whether both feet were in the air."),
         ("belt", "belt", "text", "page", "", "How the speed of the treadmill is known."),
         ("not_visible", "not visible", "text", "page", "", "Which end of a walk was not visible."),
-        ("counted", "counted", "text", "files", "", "Steps, landings and walks in words."),
+        ("counted", "counted", "text", "files", "", "Steps, initial contacts and walks in words."),
         ("landings", "initial contacts", "moments", "files", "", "When the foot first touches the floor."),
         ("toe_offs", "toe-offs", "moments", "files", "", "When the foot leaves the floor (Perry & Burnfield 2010)."),
-        ("stride_start", "strides begin", "moments", "files", "", "When each stride begins: the foot lands."),
+        ("stride_start", "strides begin", "moments", "files", "", "When each stride begins: initial contact."),
         ("stride_stop", "strides end", "moments", "files", "",
-         "When each stride ends: the same foot lands again, in the same walk."),
+         "When each stride ends: the next initial contact of the same foot, in the same walk."),
     ],
     "knee_bends": [  # and arm raises, and repetitions of any angle
         ("count", "count", "", "first", "",
-         "How often in the whole take; a posture held for over 3 s is counted separately."),
+         "Number in the whole take; a posture that is held for over 3 s is counted separately."),
         ("squats", "squats", "", "first", "",
-         "Knee bends in which the less bent knee reaches 70 degrees for sure (Schoenfeld 2010)."),
+         "Knee bends in which the less bent knee reaches 70 degrees, beyond its error (Schoenfeld 2010)."),
         ("peak", "peak", "deg", "first", "angle", "The largest angle; in a knee bend that of the less bent knee."),
         ("peak_mdc90", "MDC90 from peak to peak", "deg", "page", "",
          "Equal peaks of one take differ by less than this in nine of ten cases."),
         ("rise", "rise", "deg", "page", "angle",
-         "By how much the angle grows in this movement alone. It may be less than the rise that counts, which is from "
-         "the lowest angle before. Not given if a gap hides its start or end."),
+         "By how much the angle grows in this repetition alone: from where it last began to rise, not from the lowest "
+         "angle before. Missing if a gap hides its start or end."),
         ("duration", "duration", "s", "page", "repeated",
          "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides either."),
         ("longest", "longest", "s", "page", "unknown",
-         "For how long the posture is held; start and stop include the ways there and back."),
+         "For how long the posture is held; start and stop include the movement into it and back."),
         ("start", "start", "moments", "page", "", "When it begins."),
         ("stop", "stop", "moments", "page", "", "When it ends."),
         ("peak_at", "peak at", "moments", "page", "", "When the angle is largest."),
@@ -252,7 +255,7 @@ def _catalogue() -> dict[str, Figure]:
     for name in MEANS:
         of = figures[name]
         figures[f"mean_{name}"] = of._replace(name=f"mean_{name}", label=f"mean {of.label}")
-        varies = f"How much the figure varies from one to the next. {of.definition}"
+        varies = f"Standard deviation of: {of.definition[0].lower()}{of.definition[1:]}"
         figures[f"sd_{name}"] = of._replace(
             name=f"sd_{name}", label=f"SD of {of.label}", audience="page", error="spread", definition=varies
         )
@@ -292,7 +295,7 @@ WITHHELD = {
     "range-too-small": "both ranges are too small",
     "side-missing": "one side has no range",
     "sides-doubtful": "left and right are doubtful",
-    "sides-unlike": "each side was seen in another part of the movement",
+    "sides-unlike": "one side was visible in less of the movement",
     "take-too-short": "the take is too short",
 }
 

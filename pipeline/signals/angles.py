@@ -23,7 +23,7 @@ from ..core.layouts import H36M17
 REASONS = {
     0: "fine",
     1: "a joint is missing",
-    2: "the limb is nearly straight the wrong way, or lies along the axis that the angle is measured about",
+    2: "the limb is hyperextended by about 20 degrees, or lies along the axis that the angle is measured about",
     3: "the frame is not levelled, or the angle's error is too large",
     4: "a gap, a clip boundary, or a stretch too short for the filter",
     5: "a joint is not in the image, or the detector does not see it",

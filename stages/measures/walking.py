@@ -101,7 +101,8 @@ def _counted(walks: Sequence[Walk]) -> list[Row]:
         *([Measure("steps_by_knees", by_knees)] if by_knees else []),
         Measure("walked", lasts_s),
         Remark(
-            "counted", f"{how_many(steps, 'step')} between {how_many(steps + len(walks), 'landing')}{many}"
+            "counted",
+            f"{how_many(steps, 'step')} between {how_many(steps + len(walks), 'initial contact')}{many}",
         ),
         *([Remark("not_visible", " and ".join(["start"] * cut[0] + ["end"] * cut[1]))] if any(cut) else []),
     ]

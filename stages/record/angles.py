@@ -26,8 +26,8 @@ for _name in ALL_OF_BOTH:
 _FIRST = ("knee_flexion", "elbow_flexion", "trunk_lean_sagittal")
 # Of each kind of moment: its marker, and its words behind the movement.
 _MARKS: dict[str, tuple[MarkerShape, str]] = {
-    "landings": ("down", "foot lands"),
-    "toe_offs": ("up", "foot leaves the floor"),
+    "landings": ("down", "initial contact"),
+    "toe_offs": ("up", "toe-off"),
     "start": ("plus", "begins"),
     "stop": ("cross", "ends"),
     "peak_at": ("diamond", "peak"),

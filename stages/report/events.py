@@ -47,13 +47,13 @@ def event_beside(moments: Sequence[list[Event]], row: int) -> Event:
 
 def moments_of(take: Take) -> list[list[Event]]:
     """Moments of each movement that the measures recognised, the first to be shown first: of repetitions the highest,
-    as a page may have room for one; of landings, which come last, those from the middle of the steps on, right and left
+    as a page may have room for one; of initial contacts, which come last, those from the middle of the steps on, right and left
     in turn."""
     measures = take.figures
     jumps, arms = measures.group("jumps"), measures.group("arm_raises")
     flights = zip(jumps.times("start"), jumps.repetitions("flight_time"), strict=False)
     landed = sorted(
-        (at_s, f"{side} foot lands")
+        (at_s, f"{side} initial contact")
         for side in _SIDES
         for at_s in measures.group("walking", side).times("landings")
     )

@@ -163,7 +163,7 @@ def test_no_cadence_from_fewer_than_three_strides(walk):
         path=walk.poses.path and RootPath(walk.poses.path.points[rows]),
     )
     walking = nested(measured(part).measures)["walking"]
-    assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} landings"
+    assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} initial contacts"
     assert walking["right"]["strides"] + walking["left"]["strides"] == 2
     assert walking["cadence_withheld"] == "few-strides"
     assert "cadence_spm" not in walking
