@@ -29,7 +29,7 @@ from ..rectifier.load import load_rectifier
 from .evaluation.evaluate import note_look, publish, refuse_unexplained
 from .evaluation.people import OfTake
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
-from .evaluation.runs import Sets, evaluation_sets
+from .evaluation.runs import EVALUATION_SETS, Sets
 from .mocap.clips import data_set, read_clips
 from .synthetic.views import CAMERA_FROM_SOURCE
 
@@ -60,7 +60,7 @@ def authors(
     """Train the default network of the paper's authors and test it beside the shipped rectifiers."""
     refuse_unexplained(sets, because)
     refuse_unwritable(output)
-    judged = {of.label: clean_takes(of.clips(), "paper") for of in evaluation_sets(sets)}
+    judged = {of.label: clean_takes(of.clips(), "paper") for of in EVALUATION_SETS[sets]}
     clips = [clip for clip in read_clips("train") if data_set(clip) == "cmu"]
     start = time.perf_counter()
     net = trained([take for seed in range(VIEWS) for take in clean_takes(clips, "paper", seed)], steps)
@@ -97,7 +97,7 @@ def network() -> nn.ModuleDict:
 def answer(net: nn.ModuleDict, joints: Tensor) -> tuple[Tensor, Tensor]:
     """R (B, 3, 3) and the residual (B, 17, 3) in metres for joints (B, 17, 3) relative to the pelvis, in the paper's
     axes: x away, y left, z up."""
-    from .training.rectifier.net import gram_schmidt
+    from .training.rectifier import gram_schmidt
 
     features = net["encoder"](joints.flatten(1))
     return gram_schmidt(net["rotation"](features)), net["residual"](features).unflatten(1, (-1, 3))
@@ -107,8 +107,8 @@ def loss_of(net: nn.ModuleDict, joints: Tensor, R: Tensor) -> Tensor:
     """Their loss for inputs (B, 17, 3) whose true rotations are R (B, 3, 3)."""
     from torch.nn.functional import mse_loss
 
-    from .training.rectifier.net import rotate as turned
-    from .training.rectifier.train import geodesic
+    from .training.rectifier import geodesic
+    from .training.rectifier import rotate as turned
 
     truth = turned(R.mT, joints)
     found, residual = answer(net, joints)

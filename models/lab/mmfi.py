@@ -20,6 +20,7 @@ from ...pipeline.files.atomic import write_json, write_text
 from ...pipeline.running.recipe import load_toml
 from ..common.metrics import plain
 from ..rectifier.geometric import Geometric
+from . import training
 from .common.config import checked
 from .evaluation.people import OfTake
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
@@ -27,10 +28,9 @@ from .evaluation.tables import written
 from .mocap.clips import Clip
 from .mocap.convert import read_folder, write_mocap
 from .mocap.mmfi import PROTOCOLS
-from .training import rectifier as training
 
 if TYPE_CHECKING:
-    from .training.rectifier.net import PCNet
+    from .training.rectifier import PCNet
 
 _CHUNK = 1024
 _VALIDATED = (
@@ -55,7 +55,7 @@ def mmfi(
     with needed_for("Training"):
         import torch
 
-        from .training.rectifier.train import TrainConfig, best_of, parts_of, train
+        from .training.rectifier import TrainConfig, best_of, parts_of, train
     torch.set_num_threads(threads)
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
@@ -111,8 +111,8 @@ def judge_net(net: PCNet, takes: Sequence[Take], symmetric: bool) -> dict[str, A
     of it, which an exported network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
     import torch
 
-    from .training.rectifier.net import rotate as turned
-    from .training.rectifier.train import Deployed
+    from .training.rectifier import Deployed
+    from .training.rectifier import rotate as turned
 
     deployed = Deployed(net, symmetric)
     whole: list[OfTake] = []

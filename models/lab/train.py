@@ -20,7 +20,7 @@ from .common.modules import run_command
 def train(
     config: Annotated[
         Path,
-        typer.Argument(help="Config file, such as models/lab/training/lifter/lifter.toml."),
+        typer.Argument(help="Config file, such as models/lab/training/lifter.toml."),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
     device: Annotated[str, typer.Option(help="auto (a GPU if there is one), cpu or cuda.")] = "auto",
@@ -38,8 +38,7 @@ def read_config(path: Path) -> tuple[Any, Any]:
     """The module that trains what a config file describes, and its TrainConfig. InputError for keys and values that it
     cannot have."""
     with needed_for("Training"):
-        from .training.lifter import train as lifter
-        from .training.rectifier import train as rectifier
+        from .training import lifter, rectifier
     trainers = {"lifter": lifter, "pcnet": rectifier}
     content = load_toml(path, "a training config")
     kind = str(content.get("kind", "lifter"))

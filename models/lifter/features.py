@@ -5,7 +5,7 @@ because a person at the border of the image is seen from another side than one i
 is divided by the body's size, averaged over some seconds. Where up is known the ray frame stands upright, and the
 network is told how steeply it looks down: a person is more likely to stand than to lean.
 
-A run does this in numpy, the training (models/lab/training/lifter) in torch.
+A run does this in numpy, the training (models/lab/training/lifter.py) in torch.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from golden.detections import AS_COCO, coco_tracks
 from golden.lifts import lift
 from pcnet3d.examples.walker import side_camera, walker
 from pcnet3d.examples.walker.files import write_video
-from pcnet3d.models.lab.evaluation.runs import evaluation_sets
+from pcnet3d.models.lab.evaluation.runs import EVALUATION_SETS
 from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, see
 from pcnet3d.models.lab.mocap.clips import data_folder, read_clips
 from pcnet3d.pipeline.core.anthropometry import implied_stature
@@ -188,7 +188,7 @@ def honest(count: int) -> Iterator[tuple[str, Given]]:
     made = 7
     for seed in range(9):
         for bed in BEDS:
-            for one in evaluation_sets("val"):
+            for one in EVALUATION_SETS["val"]:
                 for clip in one.clips():
                     if made >= count:
                         return

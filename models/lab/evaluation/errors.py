@@ -41,10 +41,10 @@ FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "t
 
 ABOUT = (
     "How many lie inside the stated 90 %; every person counts the same, and every take of a person. low, high: the 90"
-    " % interval over people; worst_bin: the least share of any tenth of the cases by what is known where it is "
-    "stated; needed: what the bars would have to be multiplied by. bias: mean of found less true; p50, rms: size of "
-    "the errors; bar: the median. In degrees where no unit is named. Of strangers: what --fit fits, each person by "
-    "bars that were fitted to all the others. Postures: as a run finds them, all configurations together."
+    " % interval over people; needed: what the bars would have to be multiplied by. bias: mean of found less true; "
+    "p50, rms: size of the errors; bar: the median. In degrees where no unit is named. Of strangers: what --fit fits, "
+    "each person by bars that were fitted to all the others. Postures: as a run finds them, all configurations "
+    "together."
 )
 
 
@@ -77,7 +77,7 @@ def tables(
     errors: Path | None = None,
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms, p50, bar}.
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, needed, rms, p50, bar}.
     errors: a file of errors of angles that takes are given; what is fitted begins with these, or the shipped ones.
     InputError for a part that there is not, and one that nothing is fitted in."""
     known = asked(question)
@@ -135,7 +135,6 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
     """A row a statement and configuration."""
     for configuration, by_statement in cases.items():
         for statement, takes in by_statement.items():
-            bins = [one.inside for name in takes[0].known for one in judge.bins(takes, name)]
             yield {
                 "statement": statement,
                 "configuration": configuration,
@@ -144,7 +143,6 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
                     k: round(v, 3) if isinstance(v, float) else v
                     for k, v in asdict(judge.inside(takes)).items()
                 },
-                "worst_bin": round(min(bins), 3) if bins else None,
                 "needed": round(judge.factor(takes), 2),
                 "rms": _short(judge.mean(takes, lambda take: take.error**2) ** 0.5),
                 "p50": _short(judge.quantile(takes, lambda take: np.abs(take.error))),

@@ -131,14 +131,14 @@ def within(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Case]:
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
         for side in of:
-            yield Case(f"range of {both}", side.found, side.true, SD_90 * side.error, {"found": side.found})
+            yield Case(f"range of {both}", side.found, side.true, SD_90 * side.error)
         index = take.figures.group("symmetry", both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             right, left = of
             size = (right.found + left.found) / 2  # an index in degrees, for that of small ranges has none
             off, true_off = right.found - left.found, right.true - left.true
             half = SD_90 * index.error / 100 * size
-            yield Case(f"right less left range of {both}", off, true_off, half, {"found": size})
+            yield Case(f"right less left range of {both}", off, true_off, half)
     for pair in repetitions(take, true):
         off = float(near(np.array(pair.found[0] - pair.found[1] - pair.true[0] + pair.true[1]), 0.0))
         yield Case("peak less peak", off, 0.0, pair.mdc90)

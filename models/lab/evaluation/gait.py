@@ -151,8 +151,6 @@ def walks(take: Take, truth: SeenTake, true: Gait) -> Iterator[Case]:
         return
     values = _values(part, truth)
     means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
-    stance = walking.value("mean_stance")
-    known = {} if stance is None else {"stance": stance}
 
     def half(row: str) -> float:
         figure = walking.figure(row)
@@ -161,10 +159,10 @@ def walks(take: Take, truth: SeenTake, true: Gait) -> Iterator[Case]:
     for row, name in _ROWS.items():
         found = walking.value(row)
         if found is not None and np.isfinite(means[name]):
-            yield Case(name, found, means[name], half(row), known)
+            yield Case(name, found, means[name], half(row))
     cadence = walking.value("cadence")
     if cadence is not None:
-        yield Case("cadence", cadence, 60 / means["step_time_s"], half("cadence"), known)
+        yield Case("cadence", cadence, 60 / means["step_time_s"], half("cadence"))
     index_of = {row: index for index, row in _COMPARED.items()}
     for row, name in _ROWS.items():
         right, left = (walking.group(side).value(row) for side in SIDES)

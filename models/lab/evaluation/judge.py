@@ -4,8 +4,8 @@ Every person counts the same, and every take of a person the same within it, how
 together, and so do takes of one person. What makes them hold is a factor on the bars, or bars that hold wherever
 something is known: the 90 % quantile of the size of an error, by what a run knows. That quantile is the root of a sum
 of squares, each a known quantity times a fitted weight, as errors of independent causes add. It is fitted by quantile
-regression of the error's logarithm (Koenker and Bassett 1978), with the same weights, in all and in every tenth that is
-judged, so that neither long takes nor large errors nor usual cases decide.
+regression of the error's logarithm (Koenker and Bassett 1978), with the same weights, in all and in every tenth of the
+cases, so that neither long takes nor large errors nor usual cases decide.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .people import by_person, interval
 
 COVERED = 0.9  # what "90 %" states
 _BINS = 10
-_FEWEST_PEOPLE = 3  # of a bin that is judged
+_FEWEST_PEOPLE = 3  # of a tenth
 _CASES = 250  # of a take
 # Covered of the people of the fit, that COVERED of strangers before other cameras are. By folds of people about
 # 0.91 lie inside before the same cameras; other cameras cost about a hundredth.
@@ -36,7 +36,7 @@ _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than us
 class Stated:
     """What one take states of one thing. error: (N,) found less true. half: (N,) half the width of its 90 % bar, in
     the same unit; for a length of an error (a tilt), `error` is it and `half` its bound. known: {name: (N,)} what a run
-    knows where it states this, for bins."""
+    knows where it states this, of errors that are fitted by it."""
 
     statement: str
     person: str
@@ -58,14 +58,12 @@ Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is
 
 
 class Case(NamedTuple):
-    """One figure of a take. found, true: in the statement's unit. half: of its 90 % bar, NaN without one. known: as
-    Stated's."""
+    """One figure of a take. found, true: in the statement's unit. half: of its 90 % bar, NaN without one."""
 
     statement: str
     found: float
     true: float
     half: float
-    known: Mapping[str, float] = {}
 
 
 def of_cases(cases: Iterable[Case], person: str) -> Iterator[Stated]:
@@ -74,9 +72,8 @@ def of_cases(cases: Iterable[Case], person: str) -> Iterator[Stated]:
     for case in cases:
         by_statement.setdefault(case.statement, []).append(case)
     for statement, of in by_statement.items():
-        _, found, true, half, known = zip(*of, strict=True)
-        bins = {name: np.array([each[name] for each in known]) for name in known[0]}
-        yield Stated(statement, person, np.array(found) - np.array(true), np.array(half), bins).judged()
+        _, found, true, half = zip(*of, strict=True)
+        yield Stated(statement, person, np.array(found) - np.array(true), np.array(half)).judged()
 
 
 def summed(cases: Sequence[Case]) -> dict[str, Any]:
@@ -106,10 +103,12 @@ class Inside:
     high: float
 
 
-def inside(takes: Sequence[Stated], factor: float = 1.0) -> Inside:
-    """Of takes that are judged (Stated.judged), their bars times `factor`."""
+def inside(takes: Sequence[Stated]) -> Inside:
+    """Of takes that are judged (Stated.judged)."""
     shares = by_person(
-        (take.person, np.atleast_1d(_share(take, factor))) for take in takes if len(take.error)
+        (take.person, np.array([np.mean(np.abs(take.error) <= take.half)]))
+        for take in takes
+        if len(take.error)
     )
     if not shares:
         return Inside(0, 0, float("nan"), float("nan"), float("nan"))
@@ -118,20 +117,7 @@ def inside(takes: Sequence[Stated], factor: float = 1.0) -> Inside:
     return Inside(sum(len(take.error) for take in takes), len(shares), float(of_people.mean()), low, high)
 
 
-def _share(take: Stated, factor: float) -> float:
-    return float(np.mean(np.abs(take.error) <= factor * take.half))
-
-
-def bins(takes: Sequence[Stated], name: str) -> list[Inside]:
-    """Of tenths of the cases by what is known under `name`; those of too few people are left out."""
-    ends = np.cumsum([len(take.error) for take in takes])[:-1]
-    return [
-        inside([take.part(of) for take, of in zip(takes, np.split(use, ends), strict=True) if of.any()])
-        for use in tenths(takes, name)
-    ]
-
-
-def tenths(takes: Sequence[Stated], name: str) -> Iterator[np.ndarray]:
+def _tenths(takes: Sequence[Stated], name: str) -> Iterator[np.ndarray]:
     """(N,) bool of the cases of all takes that are in a tenth of them by what is known under `name`, of every tenth but
     those of too few people; of postures each by itself, however few they are."""
     values = np.concatenate([take.known[name] for take in takes] or [np.zeros(0)])
@@ -219,17 +205,12 @@ def _even_weights(takes: Sequence[Stated]) -> Iterator[np.ndarray]:
     of_take = np.repeat(np.arange(len(takes)), [len(take.error) for take in takes])
     people = np.unique([take.person for take in takes], return_inverse=True)[1]
     every = np.ones(len(of_take), bool)
-    for use in (every, *(use for name in takes[0].known for use in tenths(takes, name))):
+    for use in (every, *(use for name in takes[0].known for use in _tenths(takes, name))):
         cases = np.bincount(of_take[use], minlength=len(takes))
         of_person = np.bincount(people[cases > 0], minlength=len(takes))  # takes
         weight = np.zeros(len(of_take))
         weight[use] = 1 / (of_person[people] * cases)[of_take[use]]
         yield weight
-
-
-def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
-    """The take with the bars that weights found (K,) give."""
-    return replace(take, half=np.sqrt(squares(take) @ found))
 
 
 def held_out(
@@ -241,7 +222,8 @@ def held_out(
     for person in sorted({take.person for take in takes}):
         found = fitted([take for take in takes if take.person != person], squares, covered)
         for name, group in by_group.items():
-            out[name] += [with_bars(take, squares, found) for take in group if take.person == person]
+            own = (take for take in group if take.person == person)
+            out[name] += [replace(take, half=np.sqrt(squares(take) @ found)) for take in own]
     return out
 
 

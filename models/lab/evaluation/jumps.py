@@ -102,8 +102,7 @@ def compared(take: Take, truth: SeenTake) -> Compared:
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
                 half = SD_90 * factor * (np.nan if row.error is None else row.error)
-                size = factor * row.value
-                result.cases.append(Case(statement, size, factor * value, half, {"size": size}))
+                result.cases.append(Case(statement, factor * row.value, factor * value, half))
     return result
 
 

@@ -1,57 +1,94 @@
-"""The real videos with truth, read: cameras, true joints, and the keypoints that a run finds (docs/training.md)."""
+"""The real videos with truth, read: as the keypoints that a run finds in them, and what is true (docs/training.md)."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17, LIMBS
+from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
 from ....pipeline.files.arrays import load_all
+from ....pipeline.files.video_frames import shown_size
 from ....pipeline.reading.choose import choose_person
 from ....pipeline.reading.load import read_video
+from ....pipeline.running.progress import each
+from ...common.canonical import R_world_from_body
 from ...detector.load import load_detector
 from ...detector.video import detect
-from ..mocap.clips import data_folder
+from ...gravity.lines import tangent
+from ...lifter.features import body_rays
+from ..mocap.clips import data_folder, lying
+from .testbed import SeenTake
 
 BALANCING, STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
 _DETECTOR = Path("models") / "movenet_lightning_int8.onnx"
 
 
-@dataclass(frozen=True, eq=False)
-class RealCamera:
-    """A camera of a real take. video: its file. up: (3,), against gravity, in the camera. focal_px: (2,).
-    R_camera_from_world (3, 3), world +Z up, and t_m (3,): x_camera = R x_world + t; None where the take has no truth.
-    """
+def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
+    """What each camera of a real take, BALANCING or STANDING, filmed. The truth has the limbs alone, pelvis and thorax
+    between them; other joints are NaN, and all of a take of which only up is known. InputError where the data is not,
+    is damaged or lacks a limb."""
+    folder = data_folder() / "real" / name
+    cameras, limbs = read_cameras(folder), read_limbs(folder)
+    for camera, said in each(cameras.items(), "cameras", len(cameras)):
+        video, keypoints = read_seen(folder / f"{camera}.mp4")
+        if limbs is None:
+            up = unit(said["up_in_camera"])
+            across = tangent(up)[:, 0]
+            R_camera_from_world = np.column_stack([across, np.cross(up, across), up])
+            joints = np.full((len(video.time_s), len(H36M17), 3), np.nan)
+        elif len(limbs) != len(video.time_s):
+            raise InputError(
+                "files-apart",
+                f"Expected {how_many(len(limbs), 'frame')} in {camera}.mp4 of {folder}, as in truth.npz; got "
+                f"{len(video.time_s)}.",
+            )
+        else:
+            R_camera_from_world = said["R_camera_from_world"]
+            joints = rotate(R_camera_from_world, whole_body(limbs)) + said["t_m"]
+        world = rotate(R_camera_from_world.T, joints)
+        yield (
+            video,
+            SeenTake(
+                keypoints=keypoints,
+                image_size=shown_size(video),
+                focal_px=float(said["focal_px"].mean()),
+                joints_camera=joints,
+                R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
+                R_camera_from_world=R_camera_from_world,
+                R_camera_from_ray=body_rays(joints),
+                lying=lying(world),
+                clip=camera,
+                subject="real take",
+                source=name,
+            ),
+        )
 
-    video: Path
-    up: np.ndarray
-    focal_px: np.ndarray
-    R_camera_from_world: np.ndarray | None = None
-    t_m: np.ndarray | None = None
 
-    def to_camera(self, joints_world: np.ndarray) -> np.ndarray:
-        """(..., J, 3) world -> camera, metres, of a take with truth."""
-        assert self.R_camera_from_world is not None
-        assert self.t_m is not None
-        return rotate(self.R_camera_from_world, joints_world) + self.t_m
-
-
-def read_cameras(folder: Path) -> dict[str, RealCamera]:
-    """The cameras of a real take by name, from its cameras.json. InputError when that is missing or says less."""
+def read_cameras(folder: Path) -> dict[str, dict[str, np.ndarray]]:
+    """{camera: what its take's cameras.json says of it}: up_in_camera (3,), against gravity, and focal_px (2,); of a
+    take with truth also R_camera_from_world (3, 3), world +Z up, and t_m (3,): x_camera = R x_world + t. InputError
+    when the file is missing or says less."""
     path = folder / "cameras.json"
+    needed = ("up_in_camera", "focal_px")
     try:
         listed = json.loads(path.read_text(encoding="utf-8"))["cameras"]
-        return {name: _camera(folder / f"{name}.mp4", said) for name, said in listed.items()}
+        return {
+            camera: {
+                key: np.array(said[key], dtype=np.float64)
+                for key in (*needed, "R_camera_from_world", "t_m")
+                if key in needed or key in said
+            }
+            for camera, said in listed.items()
+        }
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             "file-damaged",
@@ -59,29 +96,19 @@ def read_cameras(folder: Path) -> dict[str, RealCamera]:
         ) from None
 
 
-def _camera(video: Path, said: Mapping[str, Any]) -> RealCamera:
-    arrays = {
-        key: np.array(said[key], dtype=np.float64) for key in ("R_camera_from_world", "t_m") if key in said
-    }
-    up, focal_px = (np.array(said[key], dtype=np.float64) for key in ("up_in_camera", "focal_px"))
-    return RealCamera(video, unit(up), focal_px, **arrays)
-
-
-def read_real(name: str) -> tuple[dict[str, RealCamera], np.ndarray | None]:
-    """The cameras of a real take, BALANCING or STANDING, and its true limbs (T, 12, 3) in metres, joints LIMBS, world
-    +Z up, row i of frame i of every video; None of a take that has none. InputError where the data is not, is damaged
-    or lacks a limb."""
-    folder = data_folder() / "real" / name
-    cameras, truth = read_cameras(folder), folder / "truth.npz"
-    if not truth.exists():
-        return cameras, None
-    arrays = load_all(truth, "joints", "joint_names")
+def read_limbs(folder: Path) -> np.ndarray | None:
+    """A real take's true limbs (T, 12, 3) in metres, joints LIMBS, world +Z up, row i of frame i of every video; None
+    of a take that has none. InputError for a file that lacks a limb."""
+    path = folder / "truth.npz"
+    if not path.exists():
+        return None
+    arrays = load_all(path, "joints", "joint_names")
     names = [str(joint) for joint in arrays["joint_names"]]
     if missing := [joint for joint in LIMBS if joint not in names]:
         raise InputError(
-            "wrong-content", f"Expected the limbs' joints in {truth}; {', '.join(missing)} missing."
+            "wrong-content", f"Expected the limbs' joints in {path}; {', '.join(missing)} missing."
         )
-    return cameras, arrays["joints"][:, [names.index(joint) for joint in LIMBS]].astype(np.float64)
+    return arrays["joints"][:, [names.index(joint) for joint in LIMBS]].astype(np.float64)
 
 
 @cache

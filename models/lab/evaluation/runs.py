@@ -21,30 +21,23 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.messages import how_many
-from ....pipeline.core.pose import MadeBy, PoseSequence, package_version
-from ....pipeline.core.rotations import rotate
+from ....pipeline.core.pose import MadeBy, package_version
 from ....pipeline.core.take import CameraMotion, Take, Told
-from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
 from ...angle_error.posture import features, growth
-from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
-from ...gravity.lines import tangent
 from ...gravity.view import camera_of, known_camera
-from ...lifter.features import body_rays
-from ..mocap.clips import Clip, Subjects, data_set, lying, read_clips
+from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..synthetic.cameras import ViewRange
-from .real_data import read_real, read_seen, whole_body
+from .real_data import real_takes
 from .testbed import (
     BEDS,
     MIN_FRAMES,
     Bed,
     LiftedTake,
     SeenTake,
-    lifted_by,
     lifted_takes,
     see,
     seen_from,
@@ -81,21 +74,19 @@ class EvaluationSet:
         return self.of is None or data_set(clip) == self.of
 
 
-def evaluation_sets(sets: Sets = "val") -> tuple[EvaluationSet, ...]:
-    """Sets of people whom no network was taught by: "test", those that figures are published of, of whom "cmu" is the
-    half that anybody may have, and "tennis", others at match pace; "val", those that networks and constants are chosen
-    by."""
-    if sets == "tennis":
-        return (EvaluationSet("Tennis test", "tennis"),)
-    if sets != "val":
-        return (EvaluationSet("CMU test", "test"), EvaluationSet("HDM05", "hdm05"))[
-            : 1 if sets == "cmu" else 2
-        ]
-    return (
+_CMU_TEST = EvaluationSet("CMU test", "test")
+# People whom no network was taught by: "test", those that figures are published of, of whom "cmu" is the half that
+# anybody may have, and "tennis", others at match pace; "val", those that networks and constants are chosen by.
+EVALUATION_SETS: dict[Sets, tuple[EvaluationSet, ...]] = {
+    "test": (_CMU_TEST, EvaluationSet("HDM05", "hdm05")),
+    "cmu": (_CMU_TEST,),
+    "tennis": (EvaluationSet("Tennis test", "tennis"),),
+    "val": (
         EvaluationSet("CMU val", "val", of="cmu"),
         EvaluationSet("ACCAD m1", "val", of="accad"),
         EvaluationSet("Tennis val", "val", of="tennis"),
-    )
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -112,7 +103,7 @@ class Question:
 
     @property
     def sets(self) -> tuple[EvaluationSet, ...]:
-        return evaluation_sets(self.people) if self.people else ()
+        return EVALUATION_SETS[self.people] if self.people else ()
 
     @property
     def views(self) -> ViewRange:
@@ -122,12 +113,6 @@ class Question:
         """The set's lifted takes (testbed.lifted_takes), counted on the screen."""
         takes = lifted_takes(of.subjects, self.seed, model=self.lifter, views=self.views, only=of.has)
         yield from each(takes, f"{of.label} takes", len(of.clips()))
-
-    def lift_seen(
-        self, seen: SeenTake, focal_px: float | None = None, up: np.ndarray | None = None
-    ) -> PoseSequence:
-        """The lift of a take of the test bed by the lifter that is judged."""
-        return lifted_by(self.lifter, seen.keypoints, seen.image_size, focal_px, up)
 
     def how(self, **changes: Any) -> Configuration:
         """A run by the lifter that is judged, before the cameras of `bed`. changes: as Configuration has them."""
@@ -238,42 +223,11 @@ def unsuspected(truth: SeenTake, times: float) -> SeenTake:
 
 
 def _real(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
-    """By the keypoints that a run finds. The truth has the limbs alone, pelvis and thorax between them; other joints
-    are NaN, and all of a take of which only up is known."""
-    cameras, limbs = read_real(configuration.real)
-    for name, camera in each(cameras.items(), "cameras", len(cameras)):
-        video, keypoints = read_seen(camera.video)
-        if limbs is None:
-            joints = np.full((len(video.time_s), len(H36M17), 3), np.nan)
-            across = tangent(camera.up)[:, 0]
-            R_camera_from_world = np.column_stack([across, np.cross(camera.up, across), camera.up])
-        elif len(limbs) != len(video.time_s):
-            raise InputError(
-                "files-apart",
-                f"Expected {how_many(len(limbs), 'frame')} in {camera.video}, as in truth.npz; got "
-                f"{len(video.time_s)}.",
-            )
-        else:
-            assert camera.R_camera_from_world is not None
-            joints, R_camera_from_world = camera.to_camera(whole_body(limbs)), camera.R_camera_from_world
-        world = rotate(R_camera_from_world.T, joints)
-        truth = SeenTake(
-            keypoints=keypoints,
-            image_size=shown_size(video),
-            focal_px=float(camera.focal_px.mean()),
-            joints_camera=joints,
-            R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
-            R_camera_from_world=R_camera_from_world,
-            R_camera_from_ray=body_rays(joints),
-            lying=lying(world),
-            clip=name,
-            subject="real take",
-            source=configuration.real,
-        )
+    for video, truth in real_takes(configuration.real):
         asked = given(truth, question.seed, replace(configuration, image=False)).with_(video=video)
         if configuration.image:
-            rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
-            asked = asked.with_(camera=camera_of(video, keypoints, rows))
+            rows = int(truth.keypoints.frame_index[0]), int(truth.keypoints.frame_index[-1])
+            asked = asked.with_(camera=camera_of(video, truth.keypoints, rows))
         yield "real take", truth, asked
 
 

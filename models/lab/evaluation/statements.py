@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
-from ....pipeline.core.camera import pitch_roll_deg
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import SD_90
 from ....pipeline.core.pose import PoseSequence
@@ -23,7 +22,6 @@ from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import features, posture
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import TakeJoints, angle_series, smoothed, take_angles
-from ...common.spread import stated_spread
 from ..common.metrics import person_size, scaled
 from .judge import Stated, joined
 from .runs import Finished
@@ -62,16 +60,8 @@ def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     rectified = take.need("rectified")
     found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(rows), 3))
     true = np.broadcast_to(truth.up, (len(truth.lying), 3))[rows]
-    facing = rectified.R_source_from_body[:, 2, 0]  # 1: the face is towards the camera, -1: the back
-    known = {
-        "pitch": pitch_roll_deg(found)[:, 0],
-        "facing": np.full(len(rows), np.nanmean(facing) if np.isfinite(facing).any() else np.nan),
-        "stated": rectified.up_bound_deg,
-    }
     of = slice(None) if truth.up.ndim > 1 else slice(0, 1)
-    known = {name: values[of] for name, values in known.items()}
-    error = angle_deg(found, true)[of]
-    return Stated("up", truth.subject, error, rectified.up_bound_deg[of], known).judged()
+    return Stated("up", truth.subject, angle_deg(found, true)[of], rectified.up_bound_deg[of]).judged()
 
 
 def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
@@ -80,13 +70,7 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
     up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
     half = np.hypot(_UP_90 * up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
-    turning, spread = turns_of(take), stated_spread(take.need("poses"))
-    known = {
-        "stated": rectified.error_deg,
-        **({} if np.isnan(spread).all() else {"spread": np.nan_to_num(spread)}),
-        **({} if turning is None else {"beside the axis": np.degrees(turning.heading)}),
-    }
-    return Stated("BODY's rotation", truth.subject, error, half, known).judged()
+    return Stated("BODY's rotation", truth.subject, error, half).judged()
 
 
 def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
@@ -116,7 +100,7 @@ def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
     error, covariance = error[fine], covariance[fine]
     solved = np.linalg.solve(covariance, error[..., None])[..., 0]
     distance = np.sqrt(np.maximum((solved * error).sum(-1), 0))
-    yield Stated("joints", truth.subject, distance, np.full(len(distance), _CHI_90), known).judged()
+    yield Stated("joints", truth.subject, distance, np.full(len(distance), _CHI_90)).judged()
     lever = size**2 * levers(filtered.joints, turning.ray)[:, _AWAY][fine]
     along = (error * ray).sum(-1)
     off = np.sqrt(np.maximum((error**2).sum(-1) - along**2, 0))
@@ -217,7 +201,6 @@ def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[St
                 truth.subject,
                 ((path.points - true) * axis).sum(axis=1),
                 SD_90 * np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis)),
-                {"distance": np.linalg.norm(path.points, axis=1)},
             )
             for axis in directions
         ]
@@ -255,15 +238,10 @@ def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
         for prefix, quantity in _QUANTITIES.items():
             parts = []
             for joint in (f"r_{part}", f"l_{part}"):
-                speed = np.linalg.norm([columns[f"{joint}_v{axis}"] for axis in "xyz"], axis=0)
                 for i, axis in enumerate("xyz"):
                     column = f"{joint}_{prefix}{axis}"
                     error = columns[column] - signals[prefix][:, H36M17.index(joint), i]
                     half = SD_90 * columns.get(f"{column}_sd", np.full(len(rows), np.nan))
-                    known = {"speed": speed, "stated": half}
-                    parts.append(
-                        Stated(
-                            f"{part} {quantity}", truth.subject, np.where(upright, error, np.nan), half, known
-                        )
-                    )
+                    error = np.where(upright, error, np.nan)
+                    parts.append(Stated(f"{part} {quantity}", truth.subject, error, half))
             yield joined(parts).judged()

@@ -138,20 +138,14 @@ def lifted_takes(
         if len(clip) >= MIN_FRAMES and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
             clip = lay_down(clip, rng) if laid else clip
             take = see(clip, seed, bodies=bodies, views=views)
-            yield LiftedTake(lifted_by(model, take.keypoints, take.image_size), take)
+            yield LiftedTake(lifted_by(model, take), take)
 
 
-def lifted_by(
-    model: str | Path,
-    keypoints: PoseSequence,
-    image_size: tuple[int, int],
-    focal_px: float | None = None,
-    up: np.ndarray | None = None,
-) -> PoseSequence:
+def lifted_by(model: str | Path, seen: SeenTake, up: np.ndarray | None = None) -> PoseSequence:
     """The lift by any lifter of load_lifter, which is told up (3,) only if it takes it."""
     lifter = load_lifter(model)
     told = up if "up" in lifter.takes else None
-    return lifter.lift(ToLift(keypoints, image_size, focal_px, up=told)).noted()
+    return lifter.lift(ToLift(seen.keypoints, seen.image_size, up=told)).noted()
 
 
 def lay_down(clip: Clip, rng: np.random.Generator) -> Clip:

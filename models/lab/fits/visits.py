@@ -41,7 +41,7 @@ from ...angle_error.repeatability import (
 from ..evaluation import judge
 from ..evaluation.figures import Ranged, ranges, repetitions, true_angles
 from ..evaluation.judge import STRANGERS, Stated
-from ..evaluation.runs import Configuration, EvaluationSet, evaluation_sets, given, recipe_of
+from ..evaluation.runs import EVALUATION_SETS, Configuration, EvaluationSet, given, recipe_of
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import Clip, lying
 from ..synthetic.cameras import Cameras, ViewRange, place
@@ -288,5 +288,5 @@ def _place(kind: Kind) -> Between:
 
 def learn(output: Path) -> None:
     """Write the errors that were fitted."""
-    content = fit(collected(evaluation_sets("val"), range(_DRAWS)))
+    content = fit(collected(EVALUATION_SETS["val"], range(_DRAWS)))
     write_text(output, json.dumps(content, indent=1) + "\n")

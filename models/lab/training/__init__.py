@@ -1,1 +1,1 @@
-"""Training of the built-in networks, a package each."""
+"""Training of the built-in networks, a script each."""

@@ -1,4 +1,4 @@
-"""The loop that every network here is trained with: schedule, averaged weights, validation, checkpoints.
+"""The loop that every network here is trained with: schedule, averaged weights, validation, checkpoints, ONNX files.
 
 A trainer says what a step's loss is and how the averaged network does on people it never saw; `fit` does the rest. The
 run's folder gets config.json, checkpoint.pt, best.pt (the averaged weights that did best), and log.jsonl: a JSON object
@@ -13,8 +13,9 @@ import hashlib
 import json
 import math
 import time
+import warnings
 import zipfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from pathlib import Path
@@ -35,6 +36,7 @@ from pydantic import (
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError, readable
+from ....pipeline.core.extras import needed_for
 from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
@@ -322,6 +324,76 @@ def _unpickled(path: Path, device: torch.device) -> Any:
         if archive.testzip() is not None:
             raise ValueError("its content is not what it was")
     return torch.load(path, weights_only=True, map_location=device)
+
+
+def write_onnx(
+    net: nn.Module,
+    path: Path,
+    inputs: Mapping[str, Tensor],
+    free: Sequence[Any],
+    outputs: Sequence[str],
+    said: Mapping[str, object],
+    half: bool = False,
+) -> None:
+    """inputs: examples by name, in the order that the network takes them. free: for each input, {axis:
+    torch.export.Dim} of those that may have any size. outputs: names. said: kept in the file's metadata. half: matrices
+    are kept in half precision; the file computes with them in float32."""
+    with needed_for("The network is trained; writing it as ONNX"):
+        import onnx
+        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of torch's exporter, about torch's own code
+        program = torch.onnx.export(
+            net.cpu().eval(),
+            tuple(inputs.values()),
+            input_names=list(inputs),
+            output_names=list(outputs),
+            dynamic_shapes=tuple(free),
+            dynamo=True,
+            external_data=False,
+            verbose=False,
+        )
+    assert program is not None
+    model = program.model_proto
+    for node in model.graph.node:
+        del node.metadata_props[:]  # its place in the source files, by their paths on this machine
+    onnx.helper.set_model_props(model, {key: str(value) for key, value in said.items()})
+    if half:
+        _halve(model)
+    with whole_file(path) as partial:
+        partial.write_bytes(model.SerializeToString())
+
+
+def _halve(model: Any) -> None:
+    """The matrices of an onnx.ModelProto in half precision, which it makes float32 when it is opened."""
+    from onnx import TensorProto, helper, numpy_helper
+
+    casts = []
+    for each in model.graph.initializer:
+        matrix = numpy_helper.to_array(each)
+        if matrix.dtype == np.float32 and matrix.ndim > 1:
+            kept = f"{each.name}.half"
+            casts.append(helper.make_node("Cast", [kept], [each.name], to=TensorProto.FLOAT))
+            each.CopyFrom(numpy_helper.from_array(matrix.astype(np.float16), kept))
+    nodes = [*casts, *model.graph.node]
+    del model.graph.node[:]
+    model.graph.node.extend(nodes)
+
+
+def read_onnx(path: Path) -> tuple[Sequence[Any], dict[str, Tensor]]:
+    """The nodes of a network's file, in the order in which they compute, and its tensors by their names. InputError
+    when it cannot be read."""
+    with needed_for("Reading weights out of an ONNX file"):
+        import onnx
+        from onnx import numpy_helper
+
+    with reading(path, "a network"):
+        graph = onnx.load(str(path), load_external_data=False).graph
+        tensors = {
+            each.name: torch.from_numpy(numpy_helper.to_array(each).copy()) for each in graph.initializer
+        }
+        return tuple(graph.node), tensors
 
 
 def device_of(name: str) -> torch.device:

@@ -9,7 +9,7 @@ from pcnet3d.pipeline import H36M17
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 from pcnet3d.models.lab.mmfi import judge_net  # noqa: E402
-from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet  # noqa: E402
+from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet  # noqa: E402
 
 
 class Telling(PCNet):

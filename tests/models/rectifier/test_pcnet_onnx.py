@@ -21,8 +21,7 @@ def exported(tmp_path_factory):
     """{net: (torch network, file)} of small untrained networks."""
     torch = pytest.importorskip("torch", reason="export needs torch, the extra 'train'")
     pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-    from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet
-    from pcnet3d.models.lab.training.rectifier.train import Deployed, export
+    from pcnet3d.models.lab.training.rectifier import Deployed, NetConfig, PCNet, export
 
     torch.manual_seed(0)
     made = {}

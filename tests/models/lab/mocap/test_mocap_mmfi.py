@@ -87,7 +87,7 @@ def test_across_subjects_is_every_fifth_and_across_environments_the_last_ten(com
 
 def test_the_table(commands, tmp_path, capsys):
     module, tree = commands
-    text = files("pcnet3d.models.lab.training.rectifier").joinpath("mmfi.toml").read_text(encoding="utf-8")
+    text = files("pcnet3d.models.lab.training").joinpath("mmfi.toml").read_text(encoding="utf-8")
     small = (
         text.replace("batch = 1024", "batch = 32")
         .replace("steps = 20000", "steps = 3")

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.training.lifter import train as lifter
-from pcnet3d.models.lab.training.rectifier import train as rectifier
+from pcnet3d.models.lab.training import lifter, rectifier
 
 SAMPLE = Path(__file__).parents[3] / "data"
 SMALL = {"width": 16, "output": 24, "heads": 2}

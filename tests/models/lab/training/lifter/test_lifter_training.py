@@ -18,14 +18,16 @@ from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.lifter.train")
+module = pytest.importorskip("pcnet3d.models.lab.training.lifter")
 from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
-from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig, _depth  # noqa: E402
-from pcnet3d.models.lab.training.lifter.train import (  # noqa: E402
+from pcnet3d.models.lab.training.lifter import (  # noqa: E402  # noqa: E402
     Batch,
+    LifterNet,
     Material,
+    NetConfig,
     Windows,
+    _depth,
 )
 
 LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"

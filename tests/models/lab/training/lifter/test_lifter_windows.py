@@ -14,7 +14,7 @@ from pcnet3d.pipeline import H36M17, InputError, rotate
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise, Spoilt, detect  # noqa: E402
-from pcnet3d.models.lab.training.lifter.train import Batch, Material, Windows, target  # noqa: E402
+from pcnet3d.models.lab.training.lifter import Batch, Material, Windows, target  # noqa: E402
 
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])

@@ -12,7 +12,7 @@ from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
+module = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
 from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.poses import PoseRange, posed  # noqa: E402
 

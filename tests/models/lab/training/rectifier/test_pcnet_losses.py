@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.pipeline import H36M17
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-losses = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
-net_module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.net")
+losses = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
+net_module = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
 
 
 def rotations(count=40, seed=0):

@@ -7,7 +7,7 @@ from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import geodesic_deg
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-net_module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.net")
+net_module = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
 NetConfig, PCNet = net_module.NetConfig, net_module.PCNet
 
 SMALL = {"width": 16, "output": 24, "heads": 2}

@@ -19,7 +19,7 @@ from pcnet3d.pipeline.running.recipe import load_toml
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
+module = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
 
 
 @pytest.fixture
@@ -108,7 +108,7 @@ def test_people_who_lie_are_a_tenth_of_the_score(clips, tmp_path, standing):
 
 
 def test_it_starts_with_the_shipped_networks_own_answers():
-    path = files("pcnet3d.models.lab.training.rectifier").joinpath("pcnet.toml")
+    path = files("pcnet3d.models.lab.training").joinpath("pcnet.toml")
     config = module.TrainConfig.model_validate(load_toml(path, "a training config"))
     net = module.started(module.PCNet(config.net), PCNET.files[0]).eval()
     joints = np.random.default_rng(0).normal(0, 0.4, (20, 17, 3)).astype(np.float32)
@@ -154,7 +154,7 @@ def test_the_expected_error_is_calibrated(clips):
 
 
 def test_the_papers_recipe_is_the_paper():
-    path = files("pcnet3d.models.lab.training.rectifier").joinpath("mmfi.toml")
+    path = files("pcnet3d.models.lab.training").joinpath("mmfi.toml")
     config = module.TrainConfig.model_validate(load_toml(path, "a training config"))
     assert (config.net, config.mixture, config.targets) == (module.NetConfig(), module.Mixture(), "axes")
 
