@@ -26,7 +26,6 @@ LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells whic
 
 _TENNIS = "tennis_mocap"
 PARTS = ("train", "val", "test")
-_ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,26 +53,20 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
     """
     if not path.exists():
         raise InputError("cannot-open", f"Expected motion capture at {path}, found nothing there.")
-    arrays = load_all(path, *_ARRAYS)
-    start, frames = arrays["clip_start"], len(arrays["root"])
-    shapes = {
-        "joints": (frames, len(H36M17), 3), "root": (frames, 3), "fps": (), "clip_start": (len(start),),
-        **dict.fromkeys(("clip_name", "subject", "source"), (len(start) - 1,)),
-    }  # fmt: skip
-    kinds = {"joints": "f", "root": "f", "fps": "fiu", "clip_start": "iu"}
-    wrong = [name for name, shape in shapes.items() if arrays[name].shape != shape]
-    wrong += [name for name, kind in kinds.items() if arrays[name].dtype.kind not in kind]
-    if tuple(map(str, arrays["joint_names"])) != H36M17.joints:
-        wrong.append("joint_names")
-    if not wrong and (start[0] != 0 or start[-1] != frames or (np.diff(start.astype(float)) <= 0).any()):
-        wrong.append("clip_start")
-    if not wrong and not 0 < arrays["fps"] < np.inf:
-        wrong.append("fps")
-    if wrong:
+    arrays = read_rows(
+        path,
+        "clips of motion capture of H36M17, as `pcnet3d lab mocap` writes them",
+        "clip_start",
+        joints=(("frames", len(H36M17), 3), "f"),
+        root=(("frames", 3), "f"),
+        fps=((), "fiu"),
+        joint_names=((len(H36M17),), "U"),
+        **dict.fromkeys(("clip_name", "subject", "source"), (("clips",), "U")),
+    )
+    start, fps = arrays["clip_start"], float(arrays["fps"])
+    if tuple(arrays["joint_names"]) != H36M17.joints or not 0 < fps < np.inf:
         raise InputError(
-            "wrong-content",
-            f"Expected clips of motion capture of H36M17, as `pcnet3d lab mocap` writes them, in {path}, got others: "
-            f"see {', '.join(wrong)}.",
+            "wrong-content", f"Expected joints of H36M17 and a frame rate in {path}: see joint_names, fps."
         )
     world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
     if not np.isfinite(world).all():
@@ -86,11 +79,35 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
             name=str(arrays["clip_name"][i]),
             subject=str(arrays["subject"][i]),
             source=str(arrays["source"][i]),
-            fps=float(arrays["fps"]),
+            fps=fps,
             joints=world[start[i] : start[i + 1]],
         )
         for i in range(len(start) - 1)
     )
+
+
+def read_rows(
+    path: Path, what: str, starts: str, **wanted: tuple[tuple[int | str, ...], str]
+) -> dict[str, np.ndarray]:
+    """Arrays of an .npz file whose frames belong to one clip after another. starts: the array of where each clip's
+    frames begin and the last one's end. wanted: of the others shape, in which "frames" and "clips" are as many as
+    `starts` says, and numpy's kinds. InputError for another file; what: in words, what it should hold."""
+    arrays = load_all(path, starts, *wanted)
+    start = arrays[starts]
+    goes_up = start.ndim == 1 and start.dtype.kind in "iu" and len(start) > 1 and start[0] == 0
+    if goes_up and (np.diff(start.astype(float)) > 0).all():
+        count: dict[int | str, int] = {"frames": int(start[-1]), "clips": len(start) - 1}
+        wrong = [
+            name
+            for name, (shape, kinds) in wanted.items()
+            if arrays[name].shape != tuple(count.get(n, n) for n in shape)
+            or arrays[name].dtype.kind not in kinds
+        ]
+    else:
+        wrong = [starts]
+    if wrong:
+        raise InputError("wrong-content", f"Expected {what} in {path}, got others: see {', '.join(wrong)}.")
+    return arrays
 
 
 class Listed(BaseModel):

@@ -12,11 +12,10 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA
 from ....pipeline.core.rotations import is_finite, rotate, transpose
-from ....pipeline.files.arrays import load_all
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...common.vectors import Array, library_of
-from ..mocap.clips import subject_of
+from ..mocap.clips import read_rows, subject_of
 
 View = Literal["paper", "wide"]
 # What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed
@@ -83,51 +82,27 @@ class Lifted(NamedTuple):
 
 def read_lifted(paths: Iterable[Path]) -> Lifted:
     """The frames of `pcnet3d lab testbed` files that were lifted and have a truth. InputError for anything else."""
-    joints, truth, R, lying, clips = [], [], [], [], []
+    parts, clips = [], []
     for path in paths:
-        held = read_testbed(path, "lifted", "truth", "R_camera_from_body", "lying", "clip")
-        one = [held[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")]
-        lies = held["lying"].astype(bool)
-        clips.extend(str(name) for name in held["clip"])
-        fine = is_finite(one[0]).all(-1) & is_finite(one[2]).all(-1)
-        a, b, rotation = (array[fine] for array in one)
-        scale = (a * b).sum((-2, -1)) / np.maximum((b * b).sum((-2, -1)), 1e-9)
-        joints.append(a)
-        truth.append(b * scale[:, None, None])
-        R.append(rotation)
-        lying.append(lies[fine])
-    return Lifted(*map(np.concatenate, (joints, truth, R, lying)), clips=tuple(clips))
-
-
-def read_testbed(path: Path, *names: str) -> dict[str, np.ndarray]:
-    """`take_start` (C + 1,), where each take's frames begin and the last one's end, and these of the file's arrays:
-    lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3), lying, spread (N,), clip (C,). InputError for other files.
-    """
-    try:
-        arrays = load_all(path, "take_start", *names)
-    except InputError as error:
-        raise InputError(error.code, f"Expected a file of pcnet3d lab testbed: {error}") from None
-    start = arrays["take_start"]
-    goes_up = start.ndim == 1 and start.dtype.kind in "iu" and len(start) > 1 and (np.diff(start) > 0).all()
-    if not goes_up or start[0] != 0:
-        raise InputError(
-            "wrong-content",
-            f"Expected a file of pcnet3d lab testbed at {path}, but its take_start does not go up from 0.",
+        held = read_rows(
+            path,
+            "takes as `pcnet3d lab testbed` writes them",
+            "take_start",
+            lifted=(("frames", 17, 3), "f"),
+            truth=(("frames", 17, 3), "f"),
+            R_camera_from_body=(("frames", 3, 3), "f"),
+            lying=(("frames",), "fiub"),
+            clip=(("clips",), "U"),
         )
-    takes, frames = len(start) - 1, int(start[-1])
-    shapes = {
-        "lifted": (frames, 17, 3), "truth": (frames, 17, 3), "R_camera_from_body": (frames, 3, 3),
-        "lying": (frames,), "spread": (frames,), "clip": (takes,),
-    }  # fmt: skip
-    for name in names:
-        array, kinds = arrays[name], "U" if name == "clip" else "fiub"
-        if array.shape != shapes[name] or array.dtype.kind not in kinds:
-            raise InputError(
-                "wrong-content",
-                f"Expected a file of pcnet3d lab testbed at {path}, with {name} of shape {shapes[name]}, got "
-                f"{array.shape} of type {array.dtype}.",
-            )
-    return arrays
+        lifted, truth, R = (
+            held[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")
+        )
+        scale = (lifted * truth).sum((-2, -1)) / np.maximum((truth * truth).sum((-2, -1)), 1e-9)
+        fine = is_finite(lifted).all(-1) & is_finite(R).all(-1)
+        frames = lifted, truth * scale[:, None, None], R, held["lying"].astype(bool)
+        parts.append([array[fine] for array in frames])
+        clips += map(str, held["clip"])
+    return Lifted(*map(np.concatenate, zip(*parts, strict=True)), clips=tuple(clips))
 
 
 def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str) -> None:

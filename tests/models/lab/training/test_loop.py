@@ -24,11 +24,11 @@ def schedule(**changes):
     return module.Schedule(**SCHEDULE | changes)
 
 
-def state(seed=0, learns_from="", kind="sum", **changes):
+def state(seed=0, learns_from="", **changes):
     """Of a net that is to learn a sum of four numbers."""
     torch.manual_seed(seed)
     net = torch.nn.Sequential(torch.nn.Linear(4, 8), torch.nn.Dropout(0.5), torch.nn.Linear(8, 1))
-    config = module.Training(kind=kind, seed=3, bf16=False, schedule=schedule(**changes))
+    config = module.Training(kind="sum", seed=3, bf16=False, schedule=schedule(**changes))
     return module.State(net, [net[0].weight], config, learns_from)
 
 
@@ -54,21 +54,17 @@ def fit(run, folder, look=score, killed_at=None):
 def test_the_rate_warms_up_stays_and_cools_down():
     shares = [schedule(steps=10, warmup=3, cooldown=0.4).share(step) for step in range(1, 11)]
     np.testing.assert_allclose(shares, [1 / 3, 2 / 3, 1, 1, 1, 1, 1, 0.75, 0.5, 0.25])
-    straight_down = [schedule(steps=4, warmup=0, cooldown=1.0).share(step) for step in range(1, 5)]
-    np.testing.assert_allclose(straight_down, [1, 0.75, 0.5, 0.25])
     cosine = [schedule(steps=4, warmup=0, cooldown=1.0, decline="cosine").share(step) for step in range(1, 5)]
     np.testing.assert_allclose(cosine, [1, (2 + 2**0.5) / 4, 0.5, (2 - 2**0.5) / 4])
 
 
-def test_matrices_go_to_muon_and_the_rest_to_adamw_with_decay_for_matrices_only():
-    muon, adamw = state().optimisers
+def test_it_learns_matrices_by_muon_and_the_rest_by_adamw_with_decay_for_matrices_only(tmp_path):
+    run = state(steps=60, every=60, rate=0.05)
+    muon, adamw = run.optimisers
     sizes = [[tuple(p.shape) for p in group["params"]] for group in (*muon.param_groups, *adamw.param_groups)]
     assert sizes == [[(8, 4)], [(1, 8)], [(8,), (1,)]]
     assert [group["weight_decay"] for group in adamw.param_groups] == [0.1, 0.0]
-
-
-def test_it_learns(tmp_path):
-    fit(state(steps=60, every=60, rate=0.05), tmp_path)
+    fit(run, tmp_path)
     assert read_checkpoint(tmp_path)["best"] < 0.5 * score(state().average)["score"]
 
 
@@ -89,34 +85,15 @@ def test_killed_at_any_step_it_comes_to_the_same(tmp_path, monkeypatch):
 
 
 def test_the_best_weights_are_those_of_the_lowest_score(tmp_path):
-    scores, seen = iter([5.0, 3.0, 4.0, 3.5, 6.0]), []
+    scores, looked_at = iter([5.0, 3.0, 4.0, 3.5, 6.0]), []
 
     def look(average):
-        seen.append({name: value.clone() for name, value in average.state_dict().items()})
+        looked_at.append({name: value.clone() for name, value in average.state_dict().items()})
         return {"score": next(scores)}
 
     fit(state(every=2), tmp_path, look)
-    assert same(torch.load(tmp_path / "best.pt", weights_only=True), seen[1])
+    assert same(torch.load(tmp_path / "best.pt", weights_only=True), looked_at[1])
     assert read_checkpoint(tmp_path)["best"] == 3.0
-
-
-def test_a_save_that_is_killed_leaves_the_last_checkpoint(tmp_path, monkeypatch):
-    run = state()
-    run.save(tmp_path)
-    run.step = 5
-    write = torch.save
-
-    def killed(*given):
-        write(*given)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(torch, "save", killed)
-    with pytest.raises(KeyboardInterrupt):
-        run.save(tmp_path)
-    again = state(seed=9)
-    again.load(tmp_path)
-    assert again.step == 0
-    assert same(again.net.state_dict(), run.net.state_dict())
 
 
 def test_a_run_goes_on_with_its_own_config_and_what_it_learned_from_only(tmp_path):
@@ -161,11 +138,13 @@ def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
     assert not (tmp_path / "was-here").exists()
 
 
-@pytest.mark.parametrize("where", ["loss", "gradient", "validation"])
-def test_what_is_no_number_keeps_the_last_good_checkpoint(tmp_path, where):
+@pytest.mark.parametrize("where", ["loss", "gradient", "validation", "memory"])
+def test_what_is_no_number_or_too_large_keeps_the_last_good_checkpoint(tmp_path, where):
     run, calls = state(every=1), []
 
     def loss_of(step):
+        if step == 3 and where == "memory":
+            raise torch.OutOfMemoryError("CUDA out of memory")
         loss = run.net(torch.ones(16, 4)).square().mean()
         bias = run.net[2].bias
         spoilt = {"loss": loss * float("nan"), "gradient": loss + 0 * (bias - bias).sum().sqrt()}  # 0 x inf
@@ -192,15 +171,7 @@ def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path):
         module.load_weights(state().net, tmp_path / "best.pt")
 
 
-def test_a_device_without_memory_left_is_told(tmp_path):
-    def loss_of(step):
-        raise torch.OutOfMemoryError("CUDA out of memory")
-
-    with pytest.raises(InputError, match=r"no memory left at step 1; there was no checkpoint yet"):
-        module.fit(state(), loss_of, score, tmp_path)
-
-
-@pytest.mark.parametrize("name", ["abacus", "cuda:99", "cpu:banana"])
+@pytest.mark.parametrize("name", ["abacus", "cuda:99"])
 def test_a_device_that_is_not_here(name):
     with pytest.raises(InputError, match=rf"auto, cpu, cuda.*'{name}'"):
         module.device_of(name)

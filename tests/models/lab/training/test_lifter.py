@@ -1,0 +1,280 @@
+"""The lifter: joints that lie on their rays, training windows that show what they say, and a training run as small as
+it gets."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.trainings import LIFTER, three_people, tiny
+from pcnet3d.models.lab.mocap.clips import Clip, lying
+from pcnet3d.models.lab.mocap.convert import write_mocap
+from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
+from pcnet3d.models.lab.train import train
+from pcnet3d.models.lifter import features as run_time
+from pcnet3d.models.lifter.builtin import network
+from pcnet3d.models.lifter.builtin import run as lift_features
+from pcnet3d.models.lifter.features import CHANNELS
+from pcnet3d.pipeline import H36M17, InputError, rotate
+from refusals import refused
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+module = pytest.importorskip("pcnet3d.models.lab.training.lifter")
+from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.synthetic.keypoint_noise import EXACT_KEYPOINTS  # noqa: E402
+from pcnet3d.models.lab.training.lifter import Batch, LifterNet, Material, NetConfig, Windows  # noqa: E402
+
+LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
+STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
+
+
+@pytest.fixture
+def clips():
+    """Three people who hardly move."""
+    return three_people()
+
+
+def batch(clips, material, count, frames):
+    return Batch(*(part.numpy() for part in Windows(clips, material).batch(Draw(3, 0), count, frames)))
+
+
+@pytest.mark.parametrize(("count", "frames"), [(50, 1), (3, 150)])
+def test_windows_are_what_they_say(clips, count, frames):
+    x, joints, velocity = batch(clips, Material(other_rates=0.0, derived=0.5, pans=0.3), count, frames)
+    assert x.shape == (count, frames, CHANNELS)
+    assert joints.shape == velocity.shape == (count, frames, 17, 3)
+    assert np.isfinite(x).all()
+    np.testing.assert_array_equal(joints[..., 0, :], 0)
+    np.testing.assert_allclose(size_m(joints), STANDARD_SIZE_M, rtol=1e-4)
+    if frames == 1:
+        assert not velocity.any()  # of a single frame nothing is known, and nothing asked
+
+
+def test_the_image_shows_the_target_and_combined_windows_have_other_upper_bodies(clips):
+    """x and y of the target are the image, up to perspective, noise and scale."""
+    x, joints, _ = batch(clips, STILL, 300, 1)
+    image, visible = x[:, 0, :34].reshape(-1, 17, 2), x[:, 0, 51:68] > 0
+    use = visible & visible[:, :1]
+    assert np.corrcoef((image - image[:, :1])[use].ravel(), joints[:, 0, :, :2][use].ravel())[0, 1] > 0.9
+
+    def linked(share):
+        bodies = batch(clips, replace(STILL, combined=share), 60, 1).joints[:, 0]
+        apart = (
+            np.linalg.norm(
+                np.subtract(*(bodies[:, H36M17.index(f"{side}_{part}")] for side in "lr")), axis=-1
+            )
+            for part in ("knee", "wrist")
+        )
+        return abs(np.corrcoef(*apart)[0, 1])
+
+    assert linked(0.0) > 0.4  # three people: who has these knees has these wrists
+    assert linked(1.0) < 0.3
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camera, share):
+    """Of four clips as long as each other one lies."""
+    still = np.tile((facing_camera[:, [0, 2, 1]] * [1, 1, -1]).astype(np.float32), (150, 1, 1))
+    upright = [replace(clip, joints=still) for clip in clips]
+    lies = replace(clips[0], joints=still[..., [0, 2, 1]] * np.float32([1, -1, 1]))
+    windows = Windows((*upright, lies), Material(lying=share))
+    drawn = windows._motion(Draw(3, 0), 20, 30.0, 400).numpy()
+    assert float(lying(drawn[:, 0]).mean()) == pytest.approx(share + (1 - share) / 4, abs=0.08)
+    if share:
+        with pytest.raises(InputError, match="clips in which somebody lies"):
+            Windows(upright, Material(lying=share))
+
+
+def test_training_and_run_time_make_the_same_features(rng):
+    """Torch's and numpy's, of keypoints with gaps."""
+    keypoints = rng.uniform(0, 1000, (4, 12, 17, 2))
+    keypoints[rng.uniform(size=keypoints.shape[:-1]) < 0.2] = np.nan
+    keypoints[1, :3] = keypoints[2, 5:8] = np.nan  # nobody at the start, nor in the middle
+    confidence = rng.uniform(size=keypoints.shape[:-1])
+    confidence[0] = np.nan
+    up = rng.normal(size=(4, 12, 3))
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    up[0], up[1, 4] = np.nan, [0, 0, 1]  # unknown, along the ray
+    given = keypoints, confidence, np.full((4, 2), 1000.0), np.full(4, 900.0), up
+    x, R = run_time.features(*given)
+    made_x, made_R = run_time.features(*map(torch.from_numpy, given))
+    np.testing.assert_allclose(made_x, x, atol=1e-5)
+    np.testing.assert_allclose(made_R, R, atol=1e-6)
+
+
+def test_the_target_is_the_skeleton_seen_along_its_ray(rng):
+    joints = rng.normal([1.0, -0.5, 4.0], 0.3, (2, 9, 17, 3))
+    unknown = torch.full((2, 1, 3), torch.nan, dtype=torch.float64)
+    answer, velocity = (part.numpy() for part in module.target(torch.from_numpy(joints), unknown))
+    R_camera_from_ray = run_time.body_rays(joints)
+    relative = joints - joints[:, :, :1]
+    scaled = relative * STANDARD_SIZE_M / size_m(relative)[:, None, None, None]
+    np.testing.assert_allclose(rotate(R_camera_from_ray, answer), scaled, atol=1e-6)
+    np.testing.assert_allclose(rotate(R_camera_from_ray, velocity), np.gradient(scaled, axis=1), atol=1e-6)
+
+
+def test_joints_that_were_seen_lie_on_their_rays_but_for_what_is_learned(clips):
+    """Exact keypoints: whatever the network answers then projects onto them, seen from one point a frame. Of joints
+    that were not seen the image says nothing."""
+    windows = Windows(clips, replace(STILL, focal_known=1.0))
+    windows.noise = EXACT_KEYPOINTS
+    x = windows.batch(Draw(3, 0), 6, 10).x
+    net = LifterNet(NetConfig(8, 16, (1, 3)))
+    torch.nn.init.normal_(net.leave_bone.weight)
+    hidden = net.hidden(net.tokens(x)).detach()
+    joints = net.answer(hidden, x)[0].detach()
+    image, size = x[..., :34].unflatten(-1, (17, 2)), (x[..., 71:72] - 2).exp()
+    # joints + offset = image (distance + size depth): three unknowns a frame.
+    left = joints[..., :2] - image * (size * joints[..., 2])[..., None]
+    off, line = ((part - part.mean(-2, keepdim=True)).flatten(-2) for part in (left, image))
+    distance = (off * line).sum(-1, keepdim=True) / line.square().sum(-1, keepdim=True)
+    np.testing.assert_allclose(off.numpy(), (distance * line).numpy(), atol=1e-4)
+    torch.nn.init.normal_(net.leave_off.weight)
+    assert (net.answer(hidden, x)[0] - joints).abs().max() > 0.01
+    nobody = x.clone()
+    nobody[..., 51:68] = 0
+    elsewhere = nobody.clone()
+    elsewhere[..., :34] += 1
+    assert torch.equal(net.answer(hidden, nobody)[0], net.answer(hidden, elsewhere)[0])
+    deep = module._depth(torch.full((3,), 0.5), torch.tensor([0.0, 0.3, 0.9]))
+    np.testing.assert_allclose(deep[:2].numpy(), [0.5, 0.4], atol=2e-3)
+    assert 0 < deep[2] < 0.05  # longer in the image than it is
+
+
+def test_the_deviation_that_costs_least_is_the_true_one():
+    """Its weight teaches the deviations, and pulls at nothing else."""
+    torch.manual_seed(0)
+    joints = torch.zeros(50, 40, 17, 3)
+    error = torch.randn(joints.shape) * torch.tensor([0.02, 0.02, 0.05])
+    error[:, :, 0] = 0
+    truth = Batch(joints, joints, joints)
+    weights = module.Weights(motion=0.0, velocity=0.0, deviation=1.0)
+
+    def cost(across, along):
+        sd = torch.tensor([across, along]).expand(50, 40, 17, 2)
+        return float(module.loss((joints + error, sd, joints), truth, weights))
+
+    least = cost(0.02, 0.05)
+    assert all(least < cost(*other) for other in ((0.018, 0.05), (0.022, 0.05), (0.02, 0.045), (0.02, 0.055)))
+    answer, sd = (joints + error).requires_grad_(), torch.full((50, 40, 17, 2), 0.03)
+    losses = (
+        module.loss((answer, sd, joints), truth, weights.model_copy(update={"deviation": d}))
+        for d in (0.0, 1.0)
+    )
+    assert torch.equal(*(torch.autograd.grad(loss, answer)[0] for loss in losses))
+
+
+@pytest.fixture
+def run(tmp_path, clips, monkeypatch):
+    """Trains into a folder with the tiny config changed; everybody is the same three people."""
+    monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
+
+    def run(*changes, text=LIFTER, output="out"):
+        (tmp_path / "tiny.toml").write_text(tiny(*changes, text=text))
+        train(tmp_path / "tiny.toml", tmp_path / output, "cpu", 1)
+        return tmp_path / output
+
+    return run
+
+
+def as_kept(net):
+    """The network with its matrices rounded as its file keeps them."""
+    for value in net.parameters():
+        if value.ndim > 1:
+            value.data = value.data.half().float()
+    return net
+
+
+def test_a_run_gives_a_network_that_the_run_time_answers_alike(run):
+    out = run()
+    names = {"lifter.onnx", "best.pt", "checkpoint.pt", "config.json", "log.jsonl"}
+    assert {path.name for path in out.iterdir()} == names
+    lines = [json.loads(line) for line in (out / "log.jsonl").read_text().splitlines()]
+    assert [line["step"] for line in lines] == [2, 4, 6]
+    assert {"typical", "wild", "wild_up", "exact", "score", "loss"} < lines[0].keys()
+    opened = network(out / "lifter.onnx")
+    assert (opened.reach, opened.trained_on) == (4, "train")
+    net = as_kept(module.load_weights(LifterNet(NetConfig(4, 16, (1, 3))), out / "best.pt"))
+    for frames in (1, 3, 40):
+        x = np.random.default_rng(0).normal(size=(frames, CHANNELS)).astype(np.float32)
+        with torch.no_grad():
+            expected = [part[0].numpy() for part in net(torch.from_numpy(x)[None])]
+        answers = opened.session.run(["joints", "sd", "velocity"], {"features": x[None]})
+        for answer, part in zip(answers, expected, strict=True):
+            np.testing.assert_allclose(answer[0], part, atol=1e-5)
+        np.testing.assert_allclose(lift_features(x, out / "lifter.onnx", chunk=7)[1], expected[1], atol=1e-5)
+
+
+@pytest.fixture
+def without_export(monkeypatch):
+    """Export takes seconds. What it was given."""
+    said = {}
+    monkeypatch.setattr(module, "export", lambda net, path, **properties: said.update(properties))
+    return said
+
+
+def test_it_starts_with_the_weights_of_an_earlier_run(run, without_export):
+    first = run(output="first") / "best.pt"
+    start = ("seed = 1", f'seed = 2\nstart = "{first.as_posix()}"')
+    second = run(start, ("rate = 1e-3", "rate = 1e-12"), output="second") / "best.pt"
+    one, two = (torch.load(path, weights_only=True) for path in (first, second))
+    for name, value in one.items():
+        torch.testing.assert_close(two[name], value, atol=1e-6, rtol=1e-5)
+    with pytest.raises(InputError, match=r"best\.pt.*size mismatch"):
+        run(start, ("width = 4", "width = 8"), output="third")
+
+
+@pytest.fixture
+def own(run, tmp_path, clips, monkeypatch):
+    """Trains on a file of clips of people who stand and a split, the text changed; nothing else is read."""
+    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
+    for clip in clips:
+        for part, height in ("hip", 0.9), ("shoulder", 1.4):
+            clip.joints[:, H36M17.indices((f"l_{part}", f"r_{part}")), 2] = height
+    write_mocap(tmp_path / "clips.npz", clips)
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "01"], "val": ["02"]}))
+    data, split = ((tmp_path / name).as_posix() for name in ("clips.npz", "split.json"))
+    text = tiny(("seed = 1", f'seed = 1\ndata = "{data}"\nsplit = "{split}"'), text=LIFTER)
+    return lambda *changes: run(*changes, text=text)
+
+
+def test_training_on_own_data_does_not_go_on_with_another_split(own, tmp_path, without_export):
+    """Whoever was trained on would be tested."""
+    own()
+    assert without_export == {"reach": 4, "trained_on": "clips.npz, split.json"}
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
+    with pytest.raises(InputError, match=r"checkpoint\.pt learned from other recordings or another split"):
+        own()
+
+
+def test_own_data_that_cannot_be_trained_on_is_refused(own, tmp_path, clips):
+    for before, after, words in [
+        ("split = ", "# split = ", "`data` and `split` together"),
+        ("clips.npz", "clip.npz", "found nothing"),
+        ("16 = 0.7", "999 = 0.7", "999 frames"),
+    ]:
+        with pytest.raises(InputError, match=words):
+            own((before, after))
+    with pytest.raises(InputError, match="30 frames per second to train on, got 60"):
+        Windows([*clips, Clip("07_01", "07", "asfamc", 60.0, clips[0].joints)], STILL)
+    write_mocap(tmp_path / "clips.npz", [replace(clip, joints=clip.joints[..., [2, 1, 0]]) for clip in clips])
+    with refused("nothing-usable"):  # nobody upright to validate on
+        own()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("pans = 0.2", "pans = 20", r"material\.pans"),
+        *((LENGTHS, f"lengths = {{ {of} }}", "lengths") for of in ("", "0 = 1.0", "1 = 0.0", "9 = inf")),
+        ("dilations = [1, 3]", "dilations = [-1]", r"net\.dilations"),
+        ("[material]", "[material]\nabsent = { foo = 0.3 }", r"material\.absent\.foo"),
+        ("steps = 6", "steps = 6]", "TOML"),
+    ],
+)
+def test_a_wrong_config_is_refused_by_its_key(run, tmp_path, before, after, words):
+    with pytest.raises(InputError, match=words):
+        run((before, after))
+    assert not (tmp_path / "out").exists()

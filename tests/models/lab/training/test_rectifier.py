@@ -1,0 +1,428 @@
+"""The rectifier: an answer that is a rotation whatever the scale and the missing joints, losses of known values,
+training frames whose truth fits the joints, and a training run as small as it gets."""
+
+import json
+import sys
+from importlib.resources import files
+
+import numpy as np
+import onnxruntime
+import pytest
+from scipy.spatial.transform import Rotation
+
+from golden.bodies import bone_lengths
+from golden.takes import write_lifted
+from golden.trainings import tiny
+from pcnet3d.models.common.canonical import body_axes
+from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
+from pcnet3d.models.lab.mocap.convert import write_mocap
+from pcnet3d.models.lab.synthetic.views import read_lifted
+from pcnet3d.models.lab.train import train
+from pcnet3d.models.rectifier.onnx import PCNetRectifier
+from pcnet3d.models.shipped import PCNET
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.anthropometry import SEGMENTS
+from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from pcnet3d.pipeline.running.recipe import load_toml
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+module = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
+from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.synthetic.poses import PoseRange, posed  # noqa: E402
+from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet  # noqa: E402
+
+SMALL = {"width": 16, "output": 24, "heads": 2}
+EVERY = [NetConfig(residual=residual, align=residual == "off", **SMALL) for residual in ("off", "free")]
+
+
+@pytest.fixture
+def poses(facing_camera):
+    """(20, 17, 3) variations of an upright person."""
+    joints = facing_camera + np.random.default_rng(0).normal(0, 0.04, (20, 17, 3))
+    return torch.tensor(joints - joints[:, :1], dtype=torch.float32)
+
+
+def build(config):
+    """With weights large enough that the answer depends on the input."""
+    torch.manual_seed(0)
+    net = PCNet(config).eval()
+    torch.nn.init.normal_(net.rotation.weight, std=0.5)
+    return net
+
+
+@torch.no_grad()
+def answer(net, poses, valid=None):
+    return net(poses, torch.ones(poses.shape[:2]) if valid is None else valid)
+
+
+@pytest.mark.parametrize("config", EVERY, ids=lambda c: c.residual)
+def test_the_answer_is_a_rotation_whatever_the_unit_and_a_missing_joint_holds(config, poses):
+    net = build(config)
+    result = answer(net, poses)
+    R = result.R.numpy().astype(np.float64)
+    np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.broadcast_to(np.eye(3), R.shape), atol=1e-5)
+    np.testing.assert_allclose(np.linalg.det(R), 1, atol=1e-5)
+    assert geodesic_deg(R, np.broadcast_to(R[0], R.shape)).max() > 0.1  # it looks at the pose
+    # An untrained residual head adds nothing: canonical is R^T x.
+    np.testing.assert_allclose(result.canonical, rotate(transpose(R), poses.numpy()), atol=1e-5)
+    for scale in (1000.0, 1e-2):
+        other = answer(net, scale * poses + 3 * scale)
+        assert geodesic_deg(R, other.R.numpy()).max() < 0.05
+        np.testing.assert_allclose(result.error_deg, other.error_deg, rtol=1e-3)
+        np.testing.assert_allclose(result.canonical * scale, other.canonical, atol=2e-3 * scale)
+    valid = torch.ones(20, 17)
+    valid[:, H36M17.indices(("l_wrist", "r_hip", "thorax"))] = 0
+    without = answer(net, poses, valid).R
+    assert torch.equal(without, answer(net, torch.where(valid[..., None] > 0, poses, 7.0), valid).R)
+    assert not torch.allclose(without, result.R, atol=1e-5)
+
+
+def test_an_aligned_torso_turns_with_the_body(poses):
+    """Also where hips or shoulders are missing."""
+    Q = torch.tensor(Rotation.random(20, rng=np.random.default_rng(0)).as_matrix(), dtype=torch.float32)
+    for missing in ((), ("l_hip",), ("r_shoulder",), ("thorax",)):
+        valid = torch.ones(20, 17)
+        valid[:, H36M17.indices(missing)] = 0
+        turned = module.torso_axes(module.rotate(Q, poses), valid)
+        np.testing.assert_allclose(turned, module.multiply(Q, module.torso_axes(poses, valid)), atol=1e-4)
+
+
+def test_body_size_is_the_stature_that_bones_speak_of():
+    (thigh,) = {v for k, v in SEGMENTS.items() if k == ("l_hip", "l_knee")}
+    joints, valid = torch.zeros(1, 17, 3), torch.zeros(1, 17)
+    joints[0, H36M17.index("l_knee"), 1] = 0.5
+    valid[0, H36M17.indices(("l_hip", "l_knee"))] = 1
+    assert module.body_size(joints, valid).item() == pytest.approx(0.5 / thigh)
+    assert module.body_size(torch.zeros(1, 17, 3), torch.zeros(1, 17)).item() == 1  # nothing to divide by
+
+
+def test_the_papers_network_weights_and_recipe():
+    paper = NetConfig()
+    assert (paper.width, paper.output, paper.residual) == (256, 384, "free")
+    assert (paper.graph_layers, paper.attention_layers, paper.heads, paper.align) == (3, 2, 8, False)
+    assert PCNet(paper)(torch.randn(2, 17, 3), torch.ones(2, 17)).attention.shape == (2, 8, 17, 17)
+    assert (module.POSE, module.ROTATION, module.CYCLE, module.PERCEPTUAL) == (1, 1, 0.25, 0.15)
+    config = shipped("mmfi")
+    assert (config.net, config.mixture, config.targets) == (paper, module.Mixture(), "axes")
+
+
+def shipped(name):
+    path = files("pcnet3d.models.lab.training").joinpath(f"{name}.toml")
+    return module.TrainConfig.model_validate(load_toml(path, "a training config"))
+
+
+def test_the_expected_error_does_not_bend_the_rotation_and_is_pulled_to_the_mean(poses):
+    net = build(EVERY[0])
+    net(poses, torch.ones(20, 17)).error_deg.sum().backward()
+    assert net.rotation.weight.grad is None
+    assert all(p.grad is None for p in net.encoder.parameters())
+    assert net.error[0].weight.grad.abs().sum() > 0
+    angles = torch.tensor([2.0, 4.0, 12.0]).deg2rad()
+    tries = torch.linspace(1, 20, 400)
+    values = [module.error_likelihood(e.expand(3), angles).item() for e in tries]
+    assert tries[int(np.argmin(values))].item() == pytest.approx(6, abs=0.1)
+
+
+def turned(R, degrees):
+    axis = np.random.default_rng(1).normal(size=(len(R), 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    return R @ torch.tensor(Rotation.from_rotvec(axis * np.radians(degrees)).as_matrix())
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.01, 90, 180])
+def test_geodesic_is_the_angle_and_has_a_gradient(degrees):
+    R = torch.tensor(Rotation.random(40, rng=np.random.default_rng(0)).as_matrix()).requires_grad_()
+    angle = module.geodesic(R, turned(R.detach(), degrees))
+    np.testing.assert_allclose(np.degrees(angle.detach().numpy()), degrees, atol=2e-4)
+    angle.sum().backward()
+    assert torch.isfinite(R.grad).all()
+
+
+def test_losses_have_known_values(facing_camera):
+    """A turn costs pose, but neither bones nor angles nor the cycle: why a network without residual does without."""
+    pose = torch.tensor(facing_camera)[None]
+    R = torch.tensor(Rotation.random(1, rng=np.random.default_rng(0)).as_matrix())
+    wrong = turned(R, 30)
+    canonical, off = module.rotate(R.mT, pose), module.rotate(wrong.mT, pose)
+    assert module.pose(off, canonical) > 1e-3
+    assert module.cycle(wrong, off, pose).item() == pytest.approx(0, abs=1e-12)
+    assert module.perceptual(off, canonical).item() == pytest.approx(0, abs=1e-5)
+    moved = pose.clone()
+    moved[0, H36M17.index("l_wrist"), 0] += 0.17
+    assert module.pose(moved, pose).item() == pytest.approx(0.17**2 / 17)
+    assert module.cycle(torch.eye(3).double()[None], moved, pose).item() == pytest.approx(0.17**2 / 17)
+    arm, valid = H36M17.indices(("r_shoulder", "r_elbow", "r_wrist")), torch.zeros(1, 17)
+    straight, bent, stretched = torch.zeros(3, 1, 17, 3)
+    straight[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    bent[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    stretched[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2.5, 0, 0]])
+    valid[0, arm] = 1
+    # One of eight angles differs by a right angle; then one of 16 bones by half a metre.
+    assert module.perceptual(straight, bent, valid).item() == pytest.approx(np.pi / 2 / 8, rel=1e-3)
+    assert module.perceptual(stretched, straight, valid).item() == pytest.approx(0.5 / 16, rel=1e-3)
+    apart = torch.eye(17).reshape(1, 17, 1, 17).expand(1, 17, 17, 17)  # head h looks at joint h only
+    assert module.attention_likeness(apart).item() == pytest.approx(0, abs=1e-6)
+    alike = torch.rand(3, 1, 17, 17).softmax(-1).expand(3, 4, 17, 17)
+    assert module.attention_likeness(alike).item() == pytest.approx(1, abs=1e-5)
+
+
+@pytest.fixture
+def people(standing):
+    rng = np.random.default_rng(0)
+    poses = (standing + rng.normal(0, 0.03, (3, 80, 17, 3))).astype(np.float32)
+    return [Clip(f"0{i}_01", f"0{i}", "asfamc", 30.0, joints) for i, joints in enumerate(poses)]
+
+
+def batch(clips, count=200, takes=None, **mixture):
+    """(joints, valid, truth, R) as arrays, of which truth and R are one body."""
+    drawn = module.TrainingFrames(clips, module.Mixture(**mixture), takes).batch(Draw(5, 0), count)
+    frames = module.Frames(*(part.numpy() for part in drawn))
+    np.testing.assert_allclose(body_axes(frames.truth, frames.R[..., 2]), frames.R, atol=2e-3)
+    return frames
+
+
+def lean_deg(frames):
+    return trunk_lean_deg(rotate(transpose(frames.R), frames.truth))
+
+
+def test_a_batch_is_the_same_for_the_same_step_and_the_truth_where_nothing_spoils_it(people):
+    spoilt = {name: 0.5 for name in ("wide", "combined", "noisy", "missing", "flipped", "redefined")}
+    ranges = PoseRange(exchanged=0.2, sampled=0.2, swung=0.3, limbs_swung=0.3, turned=0.3, leaning=0.2)
+    one, same = (batch(people, poses=ranges, unchanged=0.3, real=0.2, **spoilt) for _ in range(2))
+    for part, again in zip(one, same, strict=True):
+        np.testing.assert_array_equal(part, again)
+    np.testing.assert_array_equal(one.joints[one.valid == 0], 0)
+    assert 0 < (one.valid == 0).mean() < 0.3
+    assert (one.valid[:, 0] == 1).all()
+    plain = batch(people)
+    np.testing.assert_array_equal(plain.joints, plain.truth)
+    assert (plain.valid == 1).all()
+    captured = np.concatenate([clip.joints for clip in people])
+    both = bone_lengths(np.concatenate([captured, captured[:, H36M17.mirror]]))
+    # Each is one of the captured bodies, or its mirror image.
+    assert np.abs(bone_lengths(plain.truth)[:, None] - both).max(-1).min(1).max() < 1e-5
+    assert lean_deg(plain).max() < 20
+
+
+def test_turned_and_laid_bodies_lie_under_the_worlds_own_up(people):
+    """Turned back by R they lie on the ground in every direction."""
+    frames = batch(people, 1000, poses=PoseRange(turned=1.0))
+    lies = lean_deg(frames) > 60
+    assert lies.mean() > 0.1
+    thorax = rotate(transpose(frames.R), frames.truth)[lies, H36M17.index("thorax")]
+    for axis in (0, 1):  # on the back and the belly, on either side
+        assert min((thorax[:, axis] > 0.2).mean(), (thorax[:, axis] < -0.2).mean()) > 0.1
+    leaning = lean_deg(batch(people, 1000, poses=PoseRange(leaning=1.0)))
+    assert (5 < leaning.mean() < 15, leaning.max() < 50) == (True, True)
+    laid = lean_deg(batch(people, 400, poses=PoseRange(laid=0.5)))
+    assert (laid > 60).mean() == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_swing_of_limbs_bends_no_knee_and_stretches_nothing(people):
+    joints = torch.from_numpy(people[0].joints)[:, None]
+    swung = posed(joints, joints, Draw(0, 0), PoseRange(limbs_swung=1.0), 30.0)[:, 0].numpy()
+    np.testing.assert_allclose(bone_lengths(swung), bone_lengths(people[0].joints), atol=1e-5)
+    for names, typical in ((("l_hip", "l_knee", "l_ankle"), 10), (("r_shoulder", "r_elbow", "r_wrist"), 20)):
+        rows = H36M17.indices(names)
+        (a, b), (was_a, was_b) = (
+            (body[:, rows[1]] - body[:, rows[0]], body[:, rows[2]] - body[:, rows[1]])
+            for body in (swung, people[0].joints)
+        )
+        np.testing.assert_allclose(angle_deg(a, b), angle_deg(was_a, was_b), atol=0.05)
+        assert 0.6 * typical < angle_deg(a, was_a).mean() < 1.6 * typical
+
+
+def test_a_depth_flip_is_invisible_from_the_front_and_noise_is_as_large_as_it_says(people):
+    flipped = batch(people, flipped=1.0)
+    np.testing.assert_allclose(flipped.joints[..., :2], flipped.truth[..., :2], atol=1e-6)
+    assert np.abs(flipped.joints[..., 2] - flipped.truth[..., 2]).max() > 0.05
+    np.testing.assert_allclose(bone_lengths(flipped.joints), bone_lengths(flipped.truth), atol=1e-5)
+    noisy = batch(people, 4000, noisy=1.0)
+    # Uniform up to 3 cm, of the joint and of the pelvis that it is relative to, twice that in depth.
+    expected = 0.03 / np.sqrt(3) * np.sqrt(2) * np.array([1, 1, 2])
+    np.testing.assert_allclose((noisy.joints - noisy.truth)[:, 1:].std((0, 1)), expected, rtol=0.05)
+
+
+def test_lifted_frames_are_mirrored_and_rolled_with_their_truth(people, standing, tmp_path):
+    takes = read_lifted([write_lifted(tmp_path / "takes.npz", standing)])
+    frames = batch(people, 300, takes, lifted=1.0, roll_deg=30.0)
+    np.testing.assert_allclose(frames.joints, frames.truth, atol=1e-5)  # this lifter is right
+    canonical = rotate(transpose(frames.R), frames.joints)
+    own = rotate(transpose(takes.R), takes.joints)
+    one = np.abs(canonical[:, None] - own).max((2, 3)).min(1) < 1e-4
+    other = np.abs(canonical[:, H36M17.mirror][:, None] * [1, -1, 1] - own).max((2, 3)).min(1) < 1e-4
+    assert (one | other).all()
+    assert (np.abs(frames.R[:, None] - takes.R).max((2, 3)).min(1) > 0.01).mean() > 0.9
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_people_who_lie_are_drawn_as_often_as_asked(people, standing, tmp_path, share):
+    """One frame in 241 lies in the clips, and one in two in the lifted takes."""
+    lying = standing[:, [2, 1, 0]] * np.float32([1, 1, -1])  # on the back
+    alone = Clip("07_01", "07", "asfamc", 30.0, lying[None].astype(np.float32))
+    lifted = read_lifted([write_lifted(tmp_path / f"{i}.npz", of) for i, of in enumerate((standing, lying))])
+    lifted = lifted._replace(lying=lean_deg(lifted) > 60)
+    for source, usual in ((None, 1 / 241), (lifted, 0.5)):
+        frames = batch([*people, alone], 600, source, lying=share, lifted=1.0 if source else 0.0)
+        assert float((lean_deg(frames) > 60).mean()) == pytest.approx(share + (1 - share) * usual, abs=0.07)
+    if share:
+        with pytest.raises(InputError, match="clips in which somebody lies"):
+            module.TrainingFrames(people, module.Mixture(lying=share))
+
+
+@pytest.fixture
+def run(tmp_path, clips, monkeypatch):
+    """Trains into a folder with the tiny config changed, with one clip for every part of the data."""
+    monkeypatch.setattr(module, "read_clips", lambda part: clips[part])
+    monkeypatch.setattr(module, "_VALIDATION_FRAMES", 40)
+
+    def run(*changes, output="out"):
+        (tmp_path / "tiny.toml").write_text(tiny(*changes))
+        train(tmp_path / "tiny.toml", tmp_path / output, "cpu", 1)
+        return tmp_path / output
+
+    return run
+
+
+def log_of(folder):
+    return [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+
+
+def test_a_run_writes_the_network_its_log_and_its_config(run):
+    out = run()
+    names = {"pcnet.onnx", "best.pt", "checkpoint.pt", "config.json", "log.jsonl"}
+    assert {path.name for path in out.iterdir()} == names
+    log = log_of(out)
+    assert [line["step"] for line in log] == [2, 4, 6]
+    keys = ("loss", "paper", "wide", "paper_expected", "score")
+    assert all(np.isfinite(line[key]) for line in log for key in keys)
+    assert all(line["score"] == line["paper"] for line in log)
+    joints = np.random.default_rng(0).normal(0, 0.4, (5, 17, 3))
+    assert np.isfinite(PCNetRectifier(out / "pcnet.onnx").rotation(joints)[0]).all()
+
+
+def test_without_onnx_the_trained_network_waits_for_it(run, tmp_path, monkeypatch):
+    """As on a machine where nothing can be installed."""
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "onnx", None)
+        with pytest.raises(InputError, match=r"trained.*needs onnx, which is not installed"):
+            run()
+    log = (tmp_path / "out" / "log.jsonl").read_text()
+    monkeypatch.setattr(module, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
+    assert (run() / "pcnet.onnx").exists()
+    assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more
+
+
+def test_bf16_is_for_training_and_not_for_judging(monkeypatch):
+    used, autocast = [], torch.autocast
+    monkeypatch.setattr(torch, "autocast", lambda *of: (used.append(of), autocast(*of))[1])
+    net = PCNet(EVERY[0], bf16=True)
+    net.eval()(torch.randn(4, 17, 3), torch.ones(4, 17))
+    assert not used
+    net.train()(torch.randn(4, 17, 3), torch.ones(4, 17))
+    assert len(used) == 1
+
+
+def test_the_score_is_of_lifted_frames_a_tenth_of_people_who_lie_and_the_error_calibrated(
+    clips, tmp_path, standing
+):
+    lying = standing[:, [2, 1, 0]] * np.float32([1, 1, -1])
+    upright, lies = (write_lifted(tmp_path / f"{i}.npz", of) for i, of in enumerate((standing, lying)))
+    held = dict(np.load(lies))
+    np.savez(lies, **held | {"lying": np.ones(len(held["lying"]))})
+    checks = module.validation(clips["val"], read_lifted([upright, lies]), "body")
+    torch.manual_seed(0)
+    deployed = module.Deployed(PCNet(EVERY[0]).eval(), symmetric=True)
+    before = module.check(deployed, checks)
+    assert before["score"] == pytest.approx(0.9 * before["lifted"] + 0.1 * before["lifted_lying"])
+    assert before["paper_expected"] != pytest.approx(before["paper"], rel=0.05)
+    module.calibrate(deployed, checks["paper"])
+    after = module.check(deployed, checks)
+    assert after["paper_expected"] == pytest.approx(after["paper"], rel=1e-3)
+    assert after["paper"] == before["paper"]
+
+
+def test_it_starts_with_the_shipped_networks_own_answers():
+    config = shipped("pcnet")
+    net = module.started(PCNet(config.net), PCNET.files[0]).eval()
+    joints = np.random.default_rng(0).normal(0, 0.4, (20, 17, 3)).astype(np.float32)
+    joints -= joints[:, :1]
+    with torch.no_grad():
+        R, _ = module.Deployed(net, config.symmetric)(torch.from_numpy(joints), torch.ones(20, 17))
+    np.testing.assert_allclose(R.numpy(), PCNetRectifier(PCNET.files[0]).rotation(joints)[0], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("person", "where", "words"),
+    [("01", "lifted_val", r"the validation's.*01"), ("03", "lifted", "test subjects")],
+)
+def test_lifted_takes_of_people_of_another_part_are_refused(run, tmp_path, standing, person, where, words):
+    """Validation of people who are trained on, and training on those of the test."""
+    lifted = write_lifted(tmp_path / "t.npz", standing, names=(f"{person}_01",))
+    used = [("lifted = 0.0", "lifted = 0.5")] if where == "lifted" else []
+    with pytest.raises(InputError, match=words):
+        run((f"{where} = []", f'{where} = ["{lifted.as_posix()}"]'), *used)
+
+
+@pytest.mark.parametrize("part", ["val", "test", "hdm05", "tennis"])
+def test_a_subject_in_train_and_elsewhere_is_refused(run, tmp_path, monkeypatch, part):
+    read = module.read_clips
+    monkeypatch.setattr(module, "read_clips", lambda p: read("train") if p == part else read(p))
+    with pytest.raises(InputError, match=rf"{part} subjects.*01"):
+        run()
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def own(tmp_path, clips):
+    """(before, after): a file of clips and a split of ones own, for the paper's targets."""
+    write_mocap(tmp_path / "clips.npz", [clips[part][0] for part in ("train", "val", "test")])
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["01"], "val": ["07"], "test": ["03"]}))
+    data, split = ((tmp_path / name).as_posix() for name in ("clips.npz", "split.json"))
+    return ("seed = 1", f'seed = 1\ntargets = "axes"\ndata = "{data}"\nsplit = "{split}"')
+
+
+AS_RECORDED = ("turned = 0.2", "turned = 0.0")
+
+
+def test_training_on_own_data_does_not_go_on_with_another_split(run, own, tmp_path):
+    out = run(own, AS_RECORDED)
+    properties = onnxruntime.InferenceSession(out / "pcnet.onnx").get_modelmeta().custom_metadata_map
+    assert (properties["targets"], properties["trained_on"]) == ("axes", "clips.npz, split.json")
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["03"], "val": ["07"], "test": ["01"]}))
+    with pytest.raises(InputError, match="other recordings or another split"):
+        run(own, AS_RECORDED)
+
+
+@pytest.mark.parametrize(
+    ("on_own_data", "changes", "words"),
+    [
+        (True, (AS_RECORDED, ('"axes"', '"compass"')), "targets"),
+        (True, (AS_RECORDED, ("lifted = []", 'lifted = ["a.npz"]')), "as they were recorded"),
+        (True, (), "as they were recorded"),
+        (False, (("steps = 6", "steps = 0"),), r"tiny\.toml: schedule\.steps"),
+        (False, (("rate = 1e-3", "rate = nan"),), "rate"),
+        (False, (("turned = 0.2", "turnt = 0.2"),), r"mixture\.poses\.turnt"),
+        (False, (("heads = 2", "heads = 3"),), "net.*3 heads.*16"),
+        (False, (('kind = "pcnet"', 'kind = "pcnett"'),), "kind of lifter, pcnet; got 'pcnett'"),
+        (False, (("lifted = 0.0", "lifted = 0.5"),), "lifted takes.*testbed"),
+        (False, (("lifted = []", 'lifted = ["none.npz"]'),), r"none\.npz"),
+    ],
+)
+def test_configs_that_cannot_be_trained(run, own, tmp_path, on_own_data, changes, words):
+    with pytest.raises(InputError, match=words):
+        run(*([own] if on_own_data else []), *changes)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("config", EVERY, ids=lambda c: c.residual)
+def test_nothing_stays_on_another_device(config):
+    """The meta device computes no numbers, but refuses to mix tensors of two devices, as a GPU does."""
+    device = torch.device("meta")
+    network = PCNet(config).to(device)
+    joints, R = torch.zeros(4, 17, 3, device=device), torch.zeros(4, 3, 3, device=device)
+    frames = module.Frames(joints, torch.ones(4, 17, device=device), joints, R)
+    module.total(network, network(joints, frames.valid), frames).backward()
+    assert all(p.grad.device == device for p in network.parameters())
+    assert module.Deployed(network, symmetric=True)(joints, frames.valid)[0].device == device
