@@ -73,7 +73,7 @@ FAULTS = [
           "models/gravity/test_fusion.py"),
     Fault("models/gravity/floor.py", "> np.sin(np.radians(_STEEP_DEG))", "> 1", "models/gravity/test_floor.py"),
     Fault("models/lab/mocap/clips.py", "combinations(PARTS, 2)", "combinations(PARTS[1:], 2)",
-          "models/lab/mocap/test_mocap.py"),
+          "models/lab/mocap/test_splits.py"),
     Fault("models/lab/synthetic/cameras.py", "needed.amax(dim=(1, 2))", "needed.mean(dim=(1, 2))",
           "models/lab/synthetic/test_cameras.py"),
     Fault("models/lifter/features.py", "HALF_WINDOW + 1", "HALF_WINDOW",

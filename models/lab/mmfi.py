@@ -55,7 +55,7 @@ def mmfi(
     with needed_for("Training"):
         import torch
 
-        from .training.rectifier import TrainConfig, best_of, parts_of, train
+        from .training.rectifier import TrainConfig, best_of, parts_of, step_s, train
     torch.set_num_threads(threads)
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
@@ -65,13 +65,20 @@ def mmfi(
     content = {**load_toml(source, "a training config"), "data": output / "clips.npz"}
     output.mkdir(parents=True, exist_ok=True)
     write_mocap(output / "clips.npz", clips)
-    rows: dict[str, dict[str, Any]] = {}
-    print(f"{len(splits)} trainings, each of which says after two steps how long it takes")
+    runs = {}
     for name, split in splits.items():
         listed = output / f"{name}.json"
         write_json(listed, split)
-        run = checked({**content, "split": listed}, TrainConfig, str(source))
-        print(f"{name}: {', '.join(f'{len(split[part])} {part}' for part in ('train', 'val', 'test'))} clips")
+        runs[name] = checked({**content, "split": listed}, TrainConfig, str(source))
+        print(
+            f"{name}: {', '.join(f'{len(split[part])} {part}' for part in ('train', 'val', 'test'))} people"
+        )
+    hours = len(runs) * runs["S2"].schedule.steps * step_s(runs["S2"], device) / 3600
+    print(
+        f"{len(runs)} trainings take about {hours:.2g} h, less what an earlier start has trained", flush=True
+    )
+    rows: dict[str, dict[str, Any]] = {}
+    for name, run in runs.items():
         train(run, output / name, device)
         takes = clean_takes(parts_of(run)["test"], "paper", targets=run.targets)
         baseline = row(judge(Geometric(), takes))
@@ -79,6 +86,7 @@ def mmfi(
             "geometric": {**baseline, "turned only": baseline["mpjpe"]},
             "pcnet": judge_net(best_of(run, output / name), takes, run.symmetric),
         }
+    run = runs["S2"]
     said = {"targets": run.targets, "steps": run.schedule.steps, "batch": run.batch}
     text = written({**said, "rows": rows}, "MM-Fi", _ABOUT)
     write_json(output / "mmfi.json", plain({"rows": rows}))

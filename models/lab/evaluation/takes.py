@@ -28,11 +28,10 @@ from ..common.metrics import Figure
 from ..mocap.clips import subject_of
 from .people import OfTake, figures, mean
 from .runs import Question
-from .testbed import LiftedTake, SeenTake, accelerations, joints_of, simulated_look
+from .testbed import LiftedTake, SeenTake, accelerations, joints_of, lifted_by, simulated_look
 
 # (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as models.gravity.seen.Seen has it.
 Lift = tuple[np.ndarray, np.ndarray | None]
-CAMERA_AXES = "camera axes"
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 _LONG_S = 2.0
@@ -78,35 +77,25 @@ class Answer:
 
 def answers(
     rectifiers: Sequence[Rectifier], lift: Lift, time_s: np.ndarray, look: Look, told: Lift
-) -> dict[str, dict[str, Answer]]:
-    """{method: {"a frame", "a take", "a take, with its image": Answer}}. lift: (T, 17, 3) joints and their spread.
-    time_s: (T,). look: what an image of the take says about up. told: of a lift that knew this up, for the answer with
-    the image."""
-    of_methods = {}
+) -> dict[str, Answer]:
+    """{"METHOD, a frame", "METHOD, a take", "METHOD, a take, with its image": Answer}. lift: (T, 17, 3) joints and
+    their spread. time_s: (T,). look: what an image of the take says about up. told: of a lift that knew this up, for
+    the answer with the image."""
+    found = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(lift[0])
-        alone = Seen(lift[0], R, error_deg, time_s, spread=lift[1])
+        alone = level_static(Seen(lift[0], R, error_deg, time_s, spread=lift[1]))
         with_image = Seen(told[0], *rectifier.rotation(told[0]), time_s, spread=told[1])
-        of_methods[rectifier.method] = {
-            "a frame": Answer(R),
-            "a take": _of_take(level_static(alone)),
-            "a take, with its image": _of_take(level_static(with_image, look=look), told[0]),
-        }
-    return of_methods
-
-
-def _of_take(levelled: Levelled, joints: np.ndarray | None = None) -> Answer:
-    return Answer(levelled.R_camera_from_body, levelled.R_camera_from_level, levelled, joints)
-
-
-def named(of_methods: Mapping[str, Mapping[str, Answer]]) -> dict[str, Answer]:
-    """The same in one dict, "geometric, a frame" and so on."""
-    return {f"{method}, {per}": answer for method, of in of_methods.items() for per, answer in of.items()}
-
-
-def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
-    """Axes (3, 3) that are given, the same in every frame."""
-    return Answer(np.broadcast_to(R_camera_from_level, (frames, 3, 3)), R_camera_from_level)
+        with_image = level_static(with_image, look=look)
+        found[f"{rectifier.method}, a frame"] = Answer(R)
+        for per, levelled, joints in (
+            ("a take", alone, None),
+            ("a take, with its image", with_image, told[0]),
+        ):
+            found[f"{rectifier.method}, {per}"] = Answer(
+                levelled.R_camera_from_body, levelled.R_camera_from_level, levelled, joints
+            )
+    return found
 
 
 def with_heading(R: np.ndarray, R_true: np.ndarray, per: str = "take") -> np.ndarray:
@@ -144,10 +133,10 @@ def one_set(
     for take in takes:
         seen, group = take.seen, group_of(take.seen)
         lifted, look = joints_of(take.lifted, seen.truth), simulated_look(seen.up, question.seed, seen.clip)
-        told = question.lift_seen(seen, up=look.up)
+        told = lifted_by(question.lifter, seen, look.up)
         again = joints_of(told, seen.truth), stated_spread(told)
         first = lifted, stated_spread(take.lifted)
-        methods = named(answers(question.rectifiers, first, seen.keypoints.times, look, again))
+        methods = answers(question.rectifiers, first, seen.keypoints.times, look, again)
         for name, answer in methods.items():
             rows[f"{label}, lifted, {group}"].setdefault(name, []).append(judge(seen, lifted, answer))
         if group == LONG:
@@ -200,7 +189,8 @@ def added(methods: Mapping[str, Answer], joints: np.ndarray, seen: SeenTake) -> 
     """{method: {part: {direction: RMSE}}} of one lifted take, of the methods and the camera's axes. joints: (T, 17, 3)
     metres, CAMERA axes relative to the pelvis, without gaps, at the truth's scale."""
     time_s, R_true = seen.keypoints.times, seen.R_camera_from_world
-    every = {CAMERA_AXES: constant(_R_CAMERA_FROM_UPRIGHT, len(joints)), **methods}
+    level = np.broadcast_to(_R_CAMERA_FROM_UPRIGHT, (len(joints), 3, 3))
+    every = {"camera axes": Answer(level, _R_CAMERA_FROM_UPRIGHT), **methods}
     lift = _limbs(joints, R_true, time_s)
     off = {
         name: {

@@ -26,7 +26,6 @@ from ....pipeline.files.arrays import write_arrays
 from ....pipeline.files.bvh import read_motion
 from ....pipeline.files.markers import Up, read_joints, z_up
 from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length, upright_share
-from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.running.progress import each
 from ....pipeline.signals.checks import chirality
 from . import asfamc, mmfi
@@ -79,7 +78,6 @@ class How:
 def mocap(
     folder: Annotated[Path, Argument(help="Motion capture: MM-Fi, ASF/AMC, BVH, or .npz with joints.")],
     output: Annotated[Path, Option("-o", "--output", help="The .npz file to write.")],
-    format: Annotated[str, Option(help=f"Format of the files: auto, {', '.join(FORMATS)}.")] = "auto",
     unit: Annotated[str | None, Option(help=f"Unit of the files: {', '.join(UNITS)}.")] = None,
     up: Annotated[Up | None, Option(help="The files' vertical axis.")] = None,
     fps: Annotated[float | None, Option(help="Frames per second of the files.")] = None,
@@ -93,7 +91,7 @@ def mocap(
         raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
     if fps is not None and not fps > 0:
         raise InputError("bad-value", f"Expected a positive frame rate, got {fps}.")
-    clips, notes = read_folder(folder, format, How(unit, up, fps, subject))
+    clips, notes = read_folder(folder, how=How(unit, up, fps, subject))
     write_mocap(output, clips)
     for note in notes:
         say("note", note)
@@ -113,8 +111,8 @@ def read_folder(
     only: Callable[[Path], bool] = lambda file: True,
 ) -> tuple[list[Clip], list[str]]:
     """The clips of a folder (or one file) at one frame rate, and a sentence for everything that was left out. only:
-    which of its files. InputError when the format is unknown or not clear, nothing could be read, or most frames have
-    the head no higher than the feet."""
+    which of its files. InputError when the format is not clear, nothing could be read, or most frames have the head no
+    higher than the feet."""
     if not folder.exists():
         raise InputError(
             "cannot-open", f"Expected a folder of motion capture at {folder}, found nothing there."
@@ -147,21 +145,16 @@ def read_folder(
         )
     if name == "mmfi":
         mmfi.check(list(clips.values()))
-    if format == "auto" and name in ("asfamc", "bvh") and (beside := _files(folder, "joints")):
-        notes.append(
-            f"{how_many(len(beside), '.npz file')} beside them not read; --format joints reads these alone"
-        )
     return list(clips.values()), notes
 
 
 def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
-    if format != "auto" and format not in FORMATS:
-        raise InputError("name-unknown", f"There is no format '{format}'; {did_you_mean(format, FORMATS)}")
     for names in _ORDER if format == "auto" else ((format,),):
         there = {name: files for name in names if (files := _files(folder, name))}
         if len(there) > 1:
             raise InputError(
-                "format-ambiguous", f"{folder} holds files of {' and '.join(there)}; say which with --format."
+                "format-ambiguous",
+                f"{folder} holds files of {' and '.join(there)}; give a folder that holds those of one alone.",
             )
         if there:
             return next(iter(there.items()))

@@ -13,6 +13,7 @@ takes of the test bed. The config file says everything; DIR gets NAME.onnx and w
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -717,20 +718,35 @@ def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
 
-    def loss_of(step: int) -> Tensor:
-        batch = frames.batch(Draw(config.seed, step, on), config.batch)
-        return total(net, net(batch.joints, batch.valid), batch)
-
     def look(average: nn.Module) -> dict[str, float]:
         assert isinstance(average, PCNet)
         return check(Deployed(average, config.symmetric), checks)
 
-    fit(State(net, matrices, config, learns_from), loss_of, look, output)
+    fit(State(net, matrices, config, learns_from), partial(loss_of, net, frames, config), look, output)
     deployed = Deployed(best_of(config, output), config.symmetric).to(on)
     calibrate(deployed, checks.get("lifted", checks["paper"]))
     print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
     said = {"trained_on": config.trained_on, "targets": config.targets, "name": config.name}
     export(deployed, output / f"{config.name}.onnx", **said)
+
+
+def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) -> Tensor:
+    """Of the batch of a step."""
+    batch = frames.batch(Draw(config.seed, step, frames.device), config.batch)
+    return total(net, net(batch.joints, batch.valid), batch)
+
+
+def step_s(config: TrainConfig, device: str) -> float:
+    """Seconds that a step takes, by the second one of a network that is thrown away."""
+    on = device_of(device)
+    net, frames = PCNet(config.net, config.bf16).to(on), prepare(config, on)[0]
+    start = 0.0
+    for step in (1, 2):
+        start = time.perf_counter()
+        loss = loss_of(net, frames, config, step)
+        loss.backward()
+        loss.item()  # waits for the device
+    return time.perf_counter() - start
 
 
 def best_of(config: TrainConfig, folder: Path) -> PCNet:

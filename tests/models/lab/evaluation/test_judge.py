@@ -1,15 +1,17 @@
 """The one procedure for stated errors: known answers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation.errors import of_strangers
-from pcnet3d.models.lab.evaluation.judge import Case, Stated, fitted, held_out, summed, with_bars
+from pcnet3d.models.lab.evaluation.judge import Case, Stated, fitted, held_out, summed
 
 
-def stated(person: str, error: np.ndarray, half: float | np.ndarray = 1.0, **known: np.ndarray) -> Stated:
-    return Stated("angle", person, error, np.broadcast_to(half, error.shape).astype(float), known)
+def stated(person: str, error: np.ndarray, **known: np.ndarray) -> Stated:
+    return Stated("angle", person, error, np.ones(error.shape), known)
 
 
 def test_every_person_counts_the_same_and_every_take_of_a_person():
@@ -18,6 +20,13 @@ def test_every_person_counts_the_same_and_every_take_of_a_person():
     both = [stated("a", np.zeros(1000)), stated("a", np.full(3, 2.0)), short]
     assert judge.inside(both).inside == pytest.approx(0.25)
     assert judge.inside(both).cases == 1013
+    rng = np.random.default_rng(0)
+    takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
+    by = judge.factor(takes)
+    assert judge.inside([replace(take, half=by * take.half) for take in takes]).inside == pytest.approx(
+        0.9, abs=0.01
+    )
+    assert by > 3.0  # b's errors count as much as a's, who was filmed longer
 
 
 def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_of_it():
@@ -27,63 +36,32 @@ def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_o
     assert figures["inside"] == pytest.approx(2 / 3)
 
 
-def test_the_factor_brings_nine_in_ten_inside_and_is_not_decided_by_who_was_filmed_longest():
-    rng = np.random.default_rng(0)
-    takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
-    by = judge.factor(takes)
-    assert judge.inside(takes, by).inside == pytest.approx(0.9, abs=0.01)
-    assert by > 3.0  # b's errors count as much as a's
+def squares(take: Stated) -> np.ndarray:
+    return np.stack([take.known["own"] ** 2, take.known["by"] ** 2], axis=1)
 
 
-def test_bins_show_what_the_whole_hides():
-    rng = np.random.default_rng(1)
-    size = np.linspace(0, 90, 4000)
-    takes = [stated(p, rng.normal(0, 0.2 + size / 50), 2.0, found=size) for p in "abcd"]
-    of = judge.bins(takes, "found")
-    assert len(of) == 10
-    assert of[0].inside > 0.99
-    assert of[-1].inside < 0.8
-    assert (
-        judge.bins([stated("a", np.zeros(100), found=np.arange(100.0))], "found") == []
-    )  # one person is no bin
-
-
-def test_fitted_bars_hold_at_every_size_and_on_people_left_out():
-    rng = np.random.default_rng(2)
-    takes = []
-    for person in "abcdef":
-        x = rng.uniform(0.5, 4, 600)
-        takes.append(stated(person, rng.normal(0, np.hypot(2.0, 1.5 * x)), 1.0, x=x))
-
-    def squares(take: Stated) -> np.ndarray:
-        return np.stack([take.known["x"] ** 2, np.ones(len(take.error))], axis=1)
-
-    weights = fitted(takes, squares)
-    assert np.sqrt(weights) / 1.645 == pytest.approx([1.5, 2.0], rel=0.25)
-    assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
-    assert all(each.inside > 0.8 for each in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
-
-
-def test_a_fit_is_the_same_in_every_unit():
+def test_fitted_bars_hold_at_every_size_on_people_left_out_and_in_every_unit():
     """A part of metres is as much a part as one of millimetres."""
-    rng = np.random.default_rng(5)
-    by = rng.uniform(0, 1, 2000)
-    takes = [stated(p, rng.normal(0, np.hypot(1.0, 3 * by)), own=np.ones(2000), by=by) for p in "abc"]
-
-    def squares(take):
-        return np.stack([take.known["own"] ** 2, take.known["by"] ** 2], axis=1)
-
-    found = fitted(takes, squares)
-    assert (found > 0).all()
-    small = [stated(take.person, 1e-3 * take.error, **take.known) for take in takes]
-    np.testing.assert_allclose(fitted(small, squares), 1e-6 * found, rtol=0.02)
+    rng, takes = np.random.default_rng(2), []
+    for person in "abcdef":
+        by = rng.uniform(0.5, 4, 600)
+        takes.append(stated(person, rng.normal(0, np.hypot(2.0, 1.5 * by)), by=by, own=np.ones(600)))
+    weights = fitted(takes, squares)
+    assert np.sqrt(weights) / 1.645 == pytest.approx([2.0, 1.5], rel=0.25)
+    assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
+    own = [replace(take, half=np.sqrt(squares(take) @ weights)) for take in takes]
+    for low in (0.5, 2.0, 3.5):
+        parts = [take.part((take.known["by"] >= low) & (take.known["by"] < low + 0.5)) for take in own]
+        assert judge.inside(parts).inside > 0.8
+    small = [replace(take, error=1e-3 * take.error) for take in takes]
+    np.testing.assert_allclose(fitted(small, squares), 1e-6 * weights, rtol=0.01)
 
 
 def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_person_there_are_none():
-    def rate(person: str, size: float) -> judge.Stated:
+    def rate(person: str, size: float) -> Stated:
         error = size * np.random.default_rng(0).normal(size=250)
         known = {"rate": np.zeros(250), "model": np.ones(250)}
-        return judge.Stated("rate of knee_flexion", person, error, np.ones(250), known)
+        return Stated("rate of knee_flexion", person, error, np.ones(250), known)
 
     calm, wild = rate("a", 1.0), rate("b", 100.0)
     found = of_strangers({"one": {calm.statement: [calm]}, "other": {wild.statement: [wild]}})[calm.statement]

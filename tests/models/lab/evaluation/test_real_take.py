@@ -7,14 +7,13 @@ import pytest
 
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
-from pcnet3d.models.lab.evaluation import runs
+from pcnet3d.models.lab.evaluation import real_data, runs
 from pcnet3d.models.lab.evaluation.figures import figures
-from pcnet3d.models.lab.evaluation.real_data import LIMBS, RealCamera, read_cameras
+from pcnet3d.models.lab.evaluation.real_data import LIMBS, found_keypoints, read_cameras
 from pcnet3d.models.lab.evaluation.real_take import row, tables
 from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
 from pcnet3d.models.lab.evaluation.statements import statements
-from pcnet3d.models.lab.mocap.clips import Clip
-from pcnet3d.pipeline import H36M17, PoseSequence
+from pcnet3d.pipeline import H36M17, PoseSequence, rotate
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.take import Video
@@ -24,26 +23,25 @@ SIZE = (1920, 1080)
 
 
 @pytest.fixture
-def walk(monkeypatch) -> Clip:
-    """Somebody who walks before a level camera, whose limbs and camera are known; of "standing" only up."""
+def walk(monkeypatch, tmp_path):
+    """Somebody walks before a level camera, whose limbs and camera are known; of "standing" only up."""
     clip = walked(seconds=3)
     limbs = clip.joints[:, H36M17.indices(LIMBS)].astype(np.float64)
     R = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
     t_m = np.array([0, 0, 9.0]) - R @ limbs.mean(axis=(0, 1))
-    camera = RealCamera(Path("cam.mp4"), R[:, 2], np.full(2, 1500.0), R, t_m)
-    seen = camera.to_camera(limbs)
-    pixels = 1500.0 * seen[..., :2] / seen[..., 2:] + np.array(SIZE) / 2
+    camera = {"up_in_camera": R[:, 2], "focal_px": np.full(2, 1500.0), "R_camera_from_world": R, "t_m": t_m}
+    visible = rotate(R, limbs) + t_m
+    pixels = 1500.0 * visible[..., :2] / visible[..., 2:] + np.array(SIZE) / 2
     joints = np.repeat(pixels.mean(axis=1, keepdims=True), len(COCO17), axis=1)
     joints[:, COCO17.indices(LIMBS)] = pixels
     time_s, rows = np.arange(len(limbs)) / clip.fps, np.arange(len(limbs))
     keypoints = PoseSequence(joints, COCO17, IMAGE, np.ones(joints.shape[:2]), time_s, rows)
-    video = Video(camera.video, *SIZE, time_s, "h264")
-    monkeypatch.setattr(
-        runs, "read_real", lambda name: ({"cam": camera}, None if "static" in name else limbs)
-    )
-    monkeypatch.setattr(runs, "read_seen", lambda path: (video, keypoints))
+    video = Video(Path("cam.mp4"), *SIZE, time_s, "h264")
+    monkeypatch.setattr(real_data, "data_folder", lambda: tmp_path)
+    monkeypatch.setattr(real_data, "read_cameras", lambda folder: {"cam": camera})
+    monkeypatch.setattr(real_data, "read_limbs", lambda folder: None if "static" in folder.name else limbs)
+    monkeypatch.setattr(real_data, "read_seen", lambda path: (video, keypoints))
     monkeypatch.setattr(runs, "camera_of", lambda *_: known_camera(SIZE, 1500.0, None))
-    return clip
 
 
 def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds(walk):
@@ -69,13 +67,10 @@ def test_the_report_judges_what_is_known_of_each_take(walk):
     assert balancing["mean"]["knee_flexion"]["mae"] <= balancing["mean"]["knee_flexion"]["rmse"] < 40
     assert balancing["mean"]["up_deg"] == standing["mean"]["up_deg"] < 10
     assert set(standing["mean"]) == {"levelled", "up_deg", "stated_deg"}
-
-
-def test_a_take_that_is_refused_has_no_figures(walk):
     (one,) = finished(Question(), Configuration(real="pose2sim"))
-    refused_take = row(runs.Finished(None, one.truth, one.label, "no"))
-    assert refused_take["levelled"] == 0
-    assert np.isnan([refused_take["rigid_mm"], refused_take["knee_flexion"]["mae"]]).all()
+    of_none = row(runs.Finished(None, one.truth, one.label, "no"))
+    assert of_none["levelled"] == 0
+    assert np.isnan([of_none["rigid_mm"], of_none["knee_flexion"]["mae"]]).all()
 
 
 @pytest.mark.parametrize(
@@ -86,3 +81,18 @@ def test_cameras_that_say_too_little_are_refused(tmp_path, content):
         (tmp_path / "cameras.json").write_text(content)
     with refused("file-damaged"):
         read_cameras(tmp_path)
+
+
+def test_the_detector_looks_as_often_as_in_a_run(monkeypatch, tmp_path):
+    """It looked once: joints of the real take were 84 mm off in place of 77."""
+    asked = {}
+
+    def load(detector, **options):
+        asked.update(options)
+        raise NotImplementedError
+
+    monkeypatch.setattr(real_data, "load_detector", load)
+    monkeypatch.setattr(real_data, "data_folder", lambda: tmp_path)
+    with pytest.raises(NotImplementedError):
+        found_keypoints(None)
+    assert asked == {"looks": None}

@@ -61,9 +61,7 @@ def test_another_rate_goes_through_the_captured_joints(clip):
 def test_a_function_of_somebody_is_a_lifter_of_the_test_bed(clip):
     """As any lifter of a name or a file."""
     truth = testbed.see(clip, 0)
-    poses = testbed.lifted_by(
-        lambda keypoints, size, fps: 0.7 * truth.truth, truth.keypoints, truth.image_size
-    )
+    poses = testbed.lifted_by(lambda keypoints, size, fps: 0.7 * truth.truth, truth)
     np.testing.assert_allclose(poses.joints, 0.7 * truth.truth, atol=1e-6)
 
 

@@ -1,21 +1,15 @@
-"""Lifted takes: deterministic, true to their camera, and judged by evaluate."""
-
-import csv
+"""Lifted takes: deterministic, and true to their camera."""
 
 import numpy as np
 import pytest
 
 from golden.bodies import facing_camera
-from golden.virtual import exact
 from pcnet3d.models.common.canonical import body_axes
-from pcnet3d.models.lab.evaluation import evaluate as reports
-from pcnet3d.models.lab.evaluation import runs as evaluation_sets
 from pcnet3d.models.lab.evaluation import testbed as module
-from pcnet3d.models.lab.evaluation.lifter import groups, motion_classes
-from pcnet3d.models.lab.evaluation.testbed import LiftedTake, lay_down, lifted_takes, see, write_takes
+from pcnet3d.models.lab.evaluation.testbed import lay_down, lifted_takes, see, write_takes
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lifter.builtin import Network
-from pcnet3d.pipeline import CAMERA, H36M17, InputError
+from pcnet3d.pipeline import H36M17
 from refusals import refused
 
 
@@ -42,18 +36,6 @@ def test_truth_fits_itself():
     along = np.einsum("tji,tj->ti", take.R_camera_from_ray, centre)
     assert (np.abs(along[:, :2]) < 0.05 * along[:, 2:]).all()  # the body's centre lies on the ray
     assert not take.lying.any()
-
-
-def test_a_lift_is_as_wrong_as_it_was_made_and_in_the_direction():
-    assert all(figure.p95 < 1e-2 for figure in groups([exact(clip())])["upright"]["frame"].values())
-    for column, name, other in ((2, "depth", "lateral"), (0, "lateral", "depth")):
-        take = exact(clip())
-        error = np.zeros((50, 17, 3))
-        error[:, H36M17.index("l_wrist")] = 0.017 * take.seen.R_camera_from_ray[..., column]
-        lifted = take.lifted.with_(joints=take.seen.truth + error)
-        figures = groups([LiftedTake(lifted, take.seen)])["upright"]["frame"]
-        assert figures[name].mean == pytest.approx(1.0, abs=0.2)  # 17 mm at one of 17 joints
-        assert figures[other].mean < 0.4
 
 
 @pytest.mark.parametrize(
@@ -93,60 +75,3 @@ def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
         assert str(file["device"]) == "cpu"
         np.testing.assert_allclose(file["truth"][:50], see(clip(), 0).truth, atol=1e-6)
         np.testing.assert_allclose(file["R_camera_from_body"][..., 2], file["up"], atol=1e-9)
-
-
-@pytest.mark.parametrize("report", ["takes", "errors"])
-def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, report):
-    clips = (clip(), clip("accad-m1_01", 20), clip("tennis-a_01"))
-    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
-    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
-    with refused("nothing-usable"):
-        reports.evaluate(report, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_motion_has_a_row_of_its_own():
-    faster = clip(frames=40)
-    faster.joints[..., 1] -= np.linspace(0, 0.9, 40)[:, None]
-    seen = see(faster, 0)
-    joints = seen.truth.copy()
-    walking = motion_classes(seen.world, 30.0)["walking"]
-    joints[~walking] += 1.0
-    take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
-    rows = groups([take, exact(clip())])
-    assert set(rows) == {"upright", "walking"}
-    assert rows["walking"]["counts"]["frames"] == walking.sum()
-    assert rows["walking"]["frame"]["MPJPE"].p95 < 1e-2
-
-
-@pytest.mark.parametrize("asked", [{"sets": "test"}, {"sets": "test", "because": " "}, {"because": "I may"}])
-def test_test_subjects_are_looked_at_for_a_reason_only(tmp_path, asked, monkeypatch):
-    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: pytest.fail("it looks"))
-    with pytest.raises(InputError, match="--because"):
-        reports.evaluate("takes", tmp_path / "out", **asked)
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_report_takes_its_own_options_alone(tmp_path):
-    for report, asked in (
-        ("gait", {"part": ["typical"]}),
-        ("real-take", {"seed": 1}),
-        ("lifter", {"bed": "wild"}),
-    ):
-        with refused("option-conflict"):
-            reports.evaluate(report, tmp_path / "out", **asked)
-    with refused("name-unknown"):
-        reports.evaluate("take", tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):
-    for reason in ("first", "a comma, and\na line"):
-        reports.note_look(tmp_path, "pcnet3d lab evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
-    with open(tmp_path / "ledger.csv", newline="", encoding="utf-8") as file:
-        first, second = csv.DictReader(file)
-    assert first["networks"] == "pcnet3d@1 pcnet@2"
-    assert second["because"] == "a comma, and a line"
-    (tmp_path / "repository" / ".git").mkdir(parents=True)
-    monkeypatch.setattr(reports, "ROOT", tmp_path / "repository")
-    assert reports.ledger_of(tmp_path) == tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv"

@@ -6,15 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.virtual import exact
-from pcnet3d.models.lab.evaluation.takes import (
-    added,
-    answers,
-    constant,
-    judge,
-    named,
-    row,
-    with_heading,
-)
+from pcnet3d.models.lab.evaluation.takes import Answer, added, answers, judge, row, with_heading
 from pcnet3d.models.lab.evaluation.testbed import simulated_look
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
@@ -56,8 +48,8 @@ def answered(seen, error=None):
 def test_a_perfect_rectifier_has_no_error(standing):
     take = exact(clip_of(standing))
     judged = {
-        per: judge(take.seen, take.seen.truth, answer)
-        for per, answer in answered(take.seen)["oracle"].items()
+        per.removeprefix("oracle, "): judge(take.seen, take.seen.truth, answer)
+        for per, answer in answered(take.seen).items()
     }
     for per in ("a frame", "a take"):
         assert max(values.max() for values in judged[per][0].values.values()) < 1e-3
@@ -71,7 +63,7 @@ def levelled(standing):
     take = exact(clip_of(standing))
 
     def run(error, per="a take"):
-        return judge(take.seen, take.seen.truth, answered(take.seen, error)["oracle"][per])
+        return judge(take.seen, take.seen.truth, answered(take.seen, error)[f"oracle, {per}"])
 
     return run
 
@@ -98,8 +90,8 @@ def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(standing):
     """And a perfect rotation nothing, whatever the lift is."""
     take = exact(clip_of(standing))
     seen, swing = take.seen, 0.1 * (2 * np.pi) ** 2 / np.sqrt(2)
-    perfect = named(answered(seen))
-    tilted = constant(seen.R_camera_from_world @ turn([1, 0, 0], 20), 75)
+    perfect, level = answered(seen), seen.R_camera_from_world @ turn([1, 0, 0], 20)
+    tilted = Answer(np.broadcast_to(level, (75, 3, 3)), level)
     of = added({**perfect, "tilted": tilted}, seen.truth, seen)
     assert of["oracle, a take"]["wrist"]["vertical"] == pytest.approx(0, abs=1e-5)
     assert of["tilted"]["wrist"]["vertical"] == pytest.approx(swing * (1 - np.cos(np.radians(20))), rel=0.03)

@@ -40,18 +40,14 @@ def test_axis_blocks_and_euler_order(axis, dof, values, end):
     np.testing.assert_allclose(joints[0, 2], np.array(end) * 0.0254 / 0.45, atol=1e-9)
 
 
-def test_the_root_moves_and_turns_about_fixed_axes():
+def test_the_root_moves_and_turns_about_fixed_axes_in_the_files_unit():
     joints, R = pose(two(), "1\nroot 1 2 3 90 0 90\none 0\n")
     np.testing.assert_allclose(joints[0, 0], np.array([1, 2, 3]) * 0.0254 / 0.45)
     np.testing.assert_allclose(
         R[0, 0] @ [0, 1, 0], [0, 0, 1], atol=1e-12
     )  # x first: y -> z; then z leaves it
-
-
-def test_units():
-    assert two(length=0.45).metres == pytest.approx(0.056444, abs=1e-6)
-    assert two(length=1.0).metres == pytest.approx(0.0254)
-    text = TWO.format(axis="0 0 0", dof="rx", length=0.45, angle="deg")
+    text = TWO.format(axis="0 0 0", dof="rx", length=1.0, angle="deg")
+    assert asfamc.parse_asf(text).metres == pytest.approx(0.0254)
     assert asfamc.parse_asf(text, 0.01).metres == 0.01
     with refused("wrong-content"):
         asfamc.parse_asf(text.replace("deg", "rad"))
@@ -82,16 +78,11 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     assert np.abs(angles).max() > 5
 
 
-def test_the_subject_is_the_skeleton(acclaim):
-    def read(**how):
-        return next(clip for clip in read_folder(acclaim, "asfamc", How(**how))[0] if "kick_1" in clip.name)
-
-    assert (read().subject, read().name) == ("HDM-tr", "HDM-tr_kick_1")
-    assert len(read(fps=30)) == 4 * len(read())  # it is 120, as CMU and HDM05 have it
-    assert read(subject=r"HDM_([a-z]+)").subject == "tr"
-
-
-def test_a_motion_without_its_skeleton_is_refused(acclaim):
+def test_the_subject_is_the_skeleton_and_a_motion_without_one_is_refused(acclaim):
+    (clip,), _ = read_folder(acclaim, "asfamc")
+    assert (clip.subject, clip.name) == ("HDM-tr", "HDM-tr_kick_1")
+    (slower,), _ = read_folder(acclaim, "asfamc", How(fps=30, subject=r"HDM_([a-z]+)"))
+    assert (slower.subject, len(slower)) == ("tr", 4 * len(clip))  # it is 120, as CMU and HDM05 have it
     (acclaim / "HDM_bd.asf").write_text("")
     (acclaim / "XY_1.amc").write_text((acclaim / "HDM_tr_kick_1.amc").read_text())
     with pytest.raises(InputError, match=r"\.asf"):
