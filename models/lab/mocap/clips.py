@@ -89,9 +89,10 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
 def read_rows(
     path: Path, what: str, starts: str, **wanted: tuple[tuple[int | str, ...], str]
 ) -> dict[str, np.ndarray]:
-    """Arrays (frames, ...) of an .npz file whose frames belong to one clip after another. starts: the array (C + 1,) of
+    """Arrays (T, ...) of an .npz file whose frames belong to one clip after another. starts: the array (C + 1,) of
     where each clip's frames begin and the last one's end. wanted: of the others shape, in which "frames" and "clips"
-    are as many as `starts` says, and numpy's kinds. InputError for another file; what: in words, what it should hold."""
+    are as many as `starts` says, and numpy's kinds. InputError for another file; what: in words, what it should
+    hold."""
     arrays = load_all(path, starts, *wanted)
     start = arrays[starts]
     goes_up = start.ndim == 1 and start.dtype.kind in "iu" and len(start) > 1 and start[0] == 0
