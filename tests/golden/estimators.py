@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from golden import worlds
 from golden.bodies import feet_of, placed
 from golden.lifters import box_of
+from golden.skeleton import PLACE, Bone, bvh_text, turns
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, FEET, MHR70, SOMA77
 
@@ -119,36 +120,15 @@ def gemx_bvh(folder: Path, world: np.ndarray) -> Path:
         )
     )
     axes["Root"] = Rotation.identity()
-    lines, numbers = ["HIERARCHY"], []
-
-    def write(name: str, depth: int) -> None:
-        parent, pad = SOMA_BONES[name][0], "  " * depth
+    bones = {}
+    for name, (parent, _) in SOMA_BONES.items():
         here = axes[parent].inv() if parent else Rotation.identity()
         offsets = here.apply(places[name] - (places[parent] if parent else 0))
-        turns = np.tile((here * axes[name]).as_euler("ZYX", degrees=True), (len(world), 1))
-        numbers.append(np.concatenate([offsets, turns], axis=1))
-        lines.extend(
-            [
-                f"{pad}{'JOINT' if depth else 'ROOT'} {name}",
-                f"{pad}{{",
-                f"{pad}  OFFSET " + " ".join(f"{v:.6f}" for v in offsets[0]),
-                f"{pad}  CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation",
-            ]
-        )
-        children = [child for child, (above, _) in SOMA_BONES.items() if above == name]
-        for child in children:
-            write(child, depth + 1)
-        if not children:
-            lines.extend(
-                f"{pad}  {line}" for line in ("End Site", "{", "  OFFSET 0.000000 0.000000 0.000000", "}")
-            )
-        lines.append(f"{pad}}}")
-
-    write("Root", 0)
-    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / 30:.6f}"]
-    lines += [" ".join(f"{v:.6f}" for v in row) for row in np.concatenate(numbers, axis=1)]
+        turned = np.tile((here * axes[name]).as_euler("ZYX", degrees=True), (len(world), 1))
+        values = np.concatenate([offsets, turned], axis=1)
+        bones[name] = Bone(parent, offsets[0], f"{PLACE} {turns('ZYX')}", values)
     path = folder / "walk_animated_skeleton.bvh"
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text(bvh_text(bones, 1 / 30, end="0.0 0.0 0.0"))
     return path
 
 

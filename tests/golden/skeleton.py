@@ -1,5 +1,8 @@
 """A skeleton of motion capture, and files of how it moves."""
 
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
 import numpy as np
 
 # A T-pose, Y up, facing +z, left at +x: child -> (parent, offset in metres), in hierarchy order.
@@ -30,33 +33,56 @@ MIXAMO = {
 }  # fmt: skip
 
 
+class Bone(NamedTuple):
+    """Of a BVH: the bone that it hangs on, where (3,), and its channels by name with their values (T, C)."""
+
+    parent: str | None
+    offset: Sequence[float]
+    channels: str
+    values: np.ndarray
+
+
+PLACE = "Xposition Yposition Zposition"
+
+
+def turns(order: str) -> str:
+    """The names of rotation channels."""
+    return " ".join(f"{axis}rotation" for axis in order)
+
+
+def bvh_text(bones: Mapping[str, Bone], frame_s: float, end: str | None = None) -> str:
+    """bones: by name, the root first. end: the offset of a last bone's End Site; None for files without."""
+    lines, order = ["HIERARCHY"], []
+
+    def write(name: str, depth: int) -> None:
+        bone, pad = bones[name], "\t" * depth
+        order.append(name)
+        lines.extend([f"{pad}{'JOINT' if depth else 'ROOT'} {name}", f"{pad}{{"])
+        lines.append(f"{pad}\tOFFSET " + " ".join(f"{v:.6f}" for v in bone.offset))
+        lines.append(f"{pad}\tCHANNELS {bone.values.shape[1]} {bone.channels}")
+        children = [child for child, each in bones.items() if each.parent == name]
+        for child in children:
+            write(child, depth + 1)
+        if end and not children:
+            lines.extend(f"{pad}\t{line}" for line in ("End Site", "{", f"\tOFFSET {end}", "}"))
+        lines.append(f"{pad}}}")
+
+    write(next(iter(bones)), 0)
+    rows = np.concatenate([bones[name].values for name in order], axis=1)
+    lines += ["MOTION", f"Frames: {len(rows)}", f"Frame Time: {frame_s:.7f}"]
+    return "\n".join([*lines, *(" ".join(f"{v:.6f}" for v in row) for row in rows)]) + "\n"
+
+
 def bvh(frames, names=MIXAMO, scale=100.0, order="ZXY", fps=30, root=(0.0, 0.9, 0.0)):
     """BVH text: the skeleton and `frames` (T, 16, 3) of Euler angles, degrees, in the channels' order; hips at root."""
-    children = {joint: [c for c, (p, _) in SKELETON.items() if p == joint] for joint in SKELETON}
-    rotations = " ".join(f"{axis}rotation" for axis in order)
-    lines, order_of_joints = ["HIERARCHY"], []
-
-    def write(joint, depth):
-        indent, kind = "\t" * depth, "ROOT" if depth == 0 else "JOINT"
-        order_of_joints.append(list(SKELETON).index(joint))
-        lines.extend([f"{indent}{kind} {names[joint]}", f"{indent}{{"])
-        lines.append(f"{indent}\tOFFSET " + " ".join(f"{scale * v:.6f}" for v in SKELETON[joint][1]))
-        place = "Xposition Yposition Zposition " if depth == 0 else ""
-        lines.append(f"{indent}\tCHANNELS {6 if depth == 0 else 3} {place}{rotations}")
-        for child in children[joint]:
-            write(child, depth + 1)
-        if not children[joint]:
-            lines.extend(
-                [f"{indent}\tEnd Site", f"{indent}\t{{", f"{indent}\t\tOFFSET 0 1 0", f"{indent}\t}}"]
-            )
-        lines.append(f"{indent}}}")
-
-    write("hips", 0)
-    lines += ["MOTION", f"Frames: {len(frames)}", f"Frame Time: {1 / fps:.7f}"]
-    for frame in np.asarray(frames):
-        numbers = [*(scale * np.array(root)), *frame[order_of_joints].ravel()]
-        lines.append(" ".join(f"{v:.5f}" for v in numbers))
-    return "\n".join(lines) + "\n"
+    frames, bones = np.asarray(frames), {}
+    for i, (joint, (parent, offset)) in enumerate(SKELETON.items()):
+        channels, values = turns(order), frames[:, i]
+        if parent is None:
+            place = np.tile(scale * np.array(root), (len(frames), 1))
+            channels, values = f"{PLACE} {channels}", np.concatenate([place, values], axis=1)
+        bones[names[joint]] = Bone(parent and names[parent], scale * np.array(offset), channels, values)
+    return bvh_text(bones, 1 / fps, end="0 1 0")
 
 
 def bent(count=30, seed=0):

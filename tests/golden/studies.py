@@ -4,12 +4,12 @@ nothing."""
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from golden import lifters
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 
@@ -89,22 +89,9 @@ def write_study(
 def write_pair(path: Path) -> Path:
     """Two people in every frame, as MMPose writes them."""
     walk = walker(seconds=1.5)
-    bodies = camera_poses(walk, side_camera(walk)).joints
-    frames = [
-        [
-            {
-                "keypoints": np.stack([-body[:, 0], body[:, 2], -body[:, 1]], axis=-1).tolist(),
-                "keypoint_scores": [1.0] * 17,
-                "bbox": [[500.0 * place, 100, 500 * place + 200, 600]],
-                "bbox_score": 0.9,
-            }
-            for place in range(2)
-        ]
-        for body in bodies
-    ]
-    listed = [{"frame_id": i, "instances": people} for i, people in enumerate(frames)]
-    path.write_text(json.dumps(listed), encoding="utf-8")
-    return path
+    bodies = lifters.as_mmpose(camera_poses(walk, side_camera(walk)).joints, rebase=False)
+    frames = [[lifters.instance(body, lifters.box_of(place, 0)) for place in range(2)] for body in bodies]
+    return lifters.mmpose3d(path.parent, frames).rename(path)
 
 
 def write_manifest(path: Path, rows: list[dict[str, object]]) -> Path:

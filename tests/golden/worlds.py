@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.bodies import placed
+from golden.skeleton import PLACE, Bone, bvh_text, turns
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23
 from pcnet3d.pipeline.files.skeletons import SMPL
@@ -82,30 +83,14 @@ BONES = {
 def bvh(path, world, fps=60, scale=100.0, t_pose=False):
     """A BVH whose joints slide: six channels each, positions from the parent."""
     places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
-    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
-    order, lines = [], ["HIERARCHY"]
-
-    def write(name, depth):
-        order.append(name)
-        lines.append("\t" * depth + ("JOINT " if depth else "ROOT ") + name)
-        lines.append("\t" * depth + "{")
-        lines.append("\t" * depth + "\tOFFSET " + " ".join(f"{v:.6f}" for v in local[name][0]))
-        lines.append(
-            "\t" * depth + "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
-        )
-        for child in (n for n, (parent, _) in BONES.items() if parent == name):
-            write(child, depth + 1)
-        lines.append("\t" * depth + "}")
-
-    write("Hips", 0)
-    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
-    for row in range(len(world)):
-        numbers = []
-        for name in order:
-            turn = 0.001 * (name == "Head" and not (t_pose and row == 0))
-            numbers += [*local[name][row], 0, turn, 0]
-        lines.append(" ".join(f"{v:.6f}" for v in numbers))
-    path.write_text("\n".join(lines) + "\n")
+    bones = {}
+    for name, (parent, _) in BONES.items():
+        turned = np.zeros((len(world), 3))
+        turned[int(t_pose) :, 1] = 0.001 * (name == "Head")
+        local = places[name] - (places[parent] if parent else 0)
+        values = np.concatenate([local, turned], axis=1)
+        bones[name] = Bone(parent, local[0], f"{PLACE} {turns('ZXY')}", values)
+    path.write_text(bvh_text(bones, 1 / fps))
     return path
 
 
@@ -136,50 +121,32 @@ def rig(program: str, path: Path, world: np.ndarray, fps: int = 60) -> Path:
     below = {parent: bone for bone, (parent, _) in reversed(BONES.items())}
     left, up = _unit(at["LeftUpLeg"] - at["RightUpLeg"]), _unit(at["Neck"] - at["Hips"])
     forward = _unit(np.cross(left, up))
-    R, order, lines = {}, [], ["HIERARCHY"]
-
-    def write(bone: str, depth: int) -> None:
-        parent, _ = BONES[bone]
+    R, bones = {}, {}
+    for bone, (parent, _) in BONES.items():
         children = [child for child, (above, _) in BONES.items() if above == bone]
-        ahead = (
-            up
-            if bone in ("Hips", "Spine", "Neck", "Head")
-            else at[below[bone]] - at[bone]
-            if children
-            else None
-        )
-        side = -1 if bone.startswith("Right") else 1
+        trunk = bone in ("Hips", "Spine", "Neck", "Head")
+        ahead = up if trunk else at[below[bone]] - at[bone] if children else None
         rest = np.eye(3)
         if program != "Bandai Namco":
             axis = _AT_REST.get(re.sub("^(Left|Right)", "", bone), 2)
-            along = np.sign(axis) * np.eye(3)[abs(axis) - 1] * (side if axis == 1 else 1)
-            rest = _frame(along, np.array([0.0, 0, 1]))
+            side = -1 if axis == 1 and bone.startswith("Right") else 1
+            rest = _frame(np.sign(axis) * np.eye(3)[abs(axis) - 1] * side, np.array([0.0, 0, 1]))
         R[bone] = R[parent] if ahead is None else _frame(ahead, forward) @ rest.T
+        R_from_parent = np.eye(3) if parent is None else np.swapaxes(R[parent], 1, 2)
         offset = (
             np.zeros(3)
             if parent is None
-            else 100 * rotate(np.swapaxes(R[parent], 1, 2), (at[bone] - at[parent])[:, None])[0, 0]
+            else 100 * rotate(R_from_parent, (at[bone] - at[parent])[:, None])[0, 0]
         )
-        order.append(bone)
-        indent = "\t" * depth
-        lines.extend([f"{indent}{'JOINT' if depth else 'ROOT'} {RIGS[program][bone]}", f"{indent}{{"])
-        lines.append(f"{indent}\tOFFSET " + " ".join(f"{v:.6f}" for v in offset))
-        places = "" if depth else "Xposition Yposition Zposition "
-        lines.append(f"{indent}\tCHANNELS {3 if depth else 6} {places}Zrotation Xrotation Yrotation")
-        for child in children:
-            write(child, depth + 1)
-        lines.append(f"{indent}}}")
-
-    write("Hips", 0)
-    turns = []
-    for bone in order:
-        parent = BONES[bone][0]
-        R_parent_from_bone = R[bone] if parent is None else np.swapaxes(R[parent], 1, 2) @ R[bone]
-        turns.append(Rotation.from_matrix(R_parent_from_bone).as_euler("ZXY", degrees=True))
-    rows = np.concatenate([100 * at["Hips"], *turns], axis=1)
-    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
-    lines += [" ".join(f"{v:.6f}" for v in row) for row in rows]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        channels, values = (
+            turns("ZXY"),
+            Rotation.from_matrix(R_from_parent @ R[bone]).as_euler("ZXY", degrees=True),
+        )
+        if parent is None:
+            channels, values = f"{PLACE} {channels}", np.concatenate([100 * at[bone], values], axis=1)
+        named = RIGS[program][parent] if parent else None
+        bones[RIGS[program][bone]] = Bone(named, offset, channels, values)
+    path.write_text(bvh_text(bones, 1 / fps), encoding="utf-8")
     return path
 
 
