@@ -39,6 +39,15 @@ def _rows(scene: Scene) -> list[tuple[int, str, np.ndarray]]:
     return sorted(rows, key=lambda row: row[0])
 
 
+def _frames(scene: Scene) -> list[tuple[int, list[tuple[str, np.ndarray]]]]:
+    """Every frame up to the last, with the people in it and their points."""
+    rows = _rows(scene)
+    return [
+        (frame, [(person, row) for at, person, row in rows if at == frame])
+        for frame in range(rows[-1][0] + 1)
+    ]
+
+
 def _dump(path: Path, content) -> Path:
     path.write_text(json.dumps(content), encoding="utf-8")
     return path
@@ -92,12 +101,10 @@ def alphapose_open(folder: Path, scene: Scene) -> Path:
 def openpose(folder: Path, scene: Scene) -> Path:
     folder = folder / "openpose"
     folder.mkdir()
-    rows = _rows(scene)
-    for frame in range(rows[-1][0] + 1):
+    for frame, shown in _frames(scene):
         people = [
             {"person_id": [-1], "pose_keypoints_2d": row.ravel().tolist(), "face_keypoints_2d": []}
-            for at, _, row in rows
-            if at == frame
+            for _, row in shown
         ]
         _dump(folder / f"walk.v2_{frame:012d}_keypoints.json", {"version": 1.3, "people": people})
     return folder
@@ -139,7 +146,6 @@ def coco_annotations(folder: Path, scene: Scene) -> Path:
 
 
 def _instances(scene: Scene, first: int) -> list[dict]:
-    rows = _rows(scene)
     return [
         {
             "frame_id": frame + first,
@@ -148,11 +154,10 @@ def _instances(scene: Scene, first: int) -> list[dict]:
                     "keypoints": row[:, :2].tolist(), "keypoint_scores": row[:, 2].tolist(),
                     "bbox": [_box(row)], "bbox_score": 0.8,
                 }
-                for at, _, row in rows
-                if at == frame
+                for _, row in people
             ],
         }
-        for frame in range(rows[-1][0] + 1)
+        for frame, people in _frames(scene)
     ]  # fmt: skip
 
 
@@ -198,10 +203,9 @@ def _objects(listed: list) -> np.ndarray:
 
 def detectron(folder: Path, scene: Scene) -> Path:
     """infer_video_d2.py of VideoPose3D."""
-    rows = _rows(scene)
     boxes, keypoints = [], []
-    for frame in range(rows[-1][0] + 1):
-        people = [row for at, _, row in rows if at == frame]
+    for _, shown in _frames(scene):
+        people = [row for _, row in shown]
         kps = [np.stack([x, y, 0 * x, score]) for x, y, score in (row.T for row in people)]
         keypoints.append([[], np.array(kps, np.float32) if kps else []])
         boxes.append([[], np.array([[*_box(row), 0.9] for row in people], np.float32) if people else []])
@@ -285,7 +289,6 @@ def keypoints(folder: Path, scene: Scene) -> Path:
 
 def ultralytics(folder: Path, scene: Scene) -> Path:
     """A list of what Results.to_json gives of each frame."""
-    rows = _rows(scene)
     frames = [
         [
             {
@@ -293,10 +296,9 @@ def ultralytics(folder: Path, scene: Scene) -> Path:
                 "box": dict(zip(("x1", "y1", "x2", "y2"), (*row[:, :2].min(0), *row[:, :2].max(0)), strict=True)),
                 "keypoints": {"x": row[:, 0].tolist(), "y": row[:, 1].tolist(), "visible": row[:, 2].tolist()},
             }
-            for at, person, row in rows
-            if at == frame
+            for person, row in people
         ]
-        for frame in range(rows[-1][0] + 1)
+        for _, people in _frames(scene)
     ]  # fmt: skip
     return _dump(folder / "results.json", frames)
 
@@ -308,36 +310,32 @@ def ultralytics_texts(folder: Path, scene: Scene) -> Path:
     """The folder that save_txt and save_conf fill, frames from 1."""
     folder = folder / "labels"
     folder.mkdir()
-    rows = _rows(scene)
-    for frame in sorted({frame for frame, _, _ in rows}):
-        lines = []
-        for at, _, row in rows:
-            if at == frame:
-                values = row / [*IMAGE_SIZE, 1]
-                lines.append(" ".join(f"{v:.7f}" for v in (*_box(values), *values.ravel())))
-        (folder / f"walk_{frame + 1}.txt").write_text("".join(f"0 {line}\n" for line in lines))
+    for frame, people in _frames(scene):
+        shares = [row / [*IMAGE_SIZE, 1] for _, row in people]
+        lines = [" ".join(f"{v:.7f}" for v in (0, *_box(row), *row.ravel())) for row in shares]
+        if people:
+            (folder / f"walk_{frame + 1}.txt").write_text("\n".join(lines) + "\n")
     return folder
+
+
+def _named_points(row: np.ndarray) -> list[tuple[str, float, float, float]]:
+    """Name, x, y and score of COCO's joints (17, 3)."""
+    return [(name, *point) for name, point in zip(COCO_NAMES, row.tolist(), strict=True)]
 
 
 def tfjs(folder: Path, scene: Scene) -> Path:
     """MoveNet's poses of each frame, as JSON.stringify writes them."""
-    frames = [
-        {
-            "frameNumber": frame["frame_id"],
-            "poses": [
-                {
-                    "keypoints": [
-                        {"x": x, "y": y, "score": score, "name": name}
-                        for (x, y), score, name in zip(
-                            person["keypoints"], person["keypoint_scores"], COCO_NAMES, strict=True
-                        )
-                    ]
-                }
-                for person in frame["instances"]
-            ],
-        }
-        for frame in _instances(scene, first=0)
-    ]
+    frames = []
+    for frame, people in _frames(scene):
+        poses = [
+            {
+                "keypoints": [
+                    {"x": x, "y": y, "score": score, "name": name} for name, x, y, score in _named_points(row)
+                ]
+            }
+            for _, row in people
+        ]
+        frames.append({"frameNumber": frame, "poses": poses})
     return _dump(folder / "movenet.json", {"model": "MoveNet", "frames": frames})
 
 
@@ -349,14 +347,12 @@ def posenet(folder: Path, scene: Scene) -> Path:
                 "score": 0.9,
                 "keypoints": [
                     {"score": score, "part": name.title().replace("_", ""), "position": {"x": x, "y": y}}
-                    for (x, y), score, name in zip(
-                        person["keypoints"], person["keypoint_scores"], COCO_NAMES, strict=True
-                    )
+                    for name, x, y, score in _named_points(row)
                 ],
             }
-            for person in frame["instances"]
+            for _, row in people
         ]
-        for frame in _instances(scene, first=0)
+        for _, people in _frames(scene)
     ]
     return _dump(folder / "posenet.json", frames)
 
@@ -371,18 +367,16 @@ def ml5(folder: Path, scene: Scene) -> Path:
 
 def _flat(scene: Scene) -> list[dict]:
     """Frames of people as OpenPifPaf says them."""
-    rows = _rows(scene)
     return [
         {
             "frame": frame,
             "predictions": [
                 {"keypoints": row.ravel().tolist(), "bbox": _box(row), "score": 0.8, "category_id": 1,
                  "id_": int(person)}
-                for at, person, row in rows
-                if at == frame
+                for person, row in people
             ],
         }
-        for frame in range(rows[-1][0] + 1)
+        for frame, people in _frames(scene)
     ]  # fmt: skip
 
 
