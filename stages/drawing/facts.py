@@ -176,19 +176,6 @@ def up_of_camera(take: Take) -> np.ndarray:
     return rotate(frame.basis.T, up)
 
 
-OWN_WAYS = ("the front", "the right side")
-
-
-def ways_of_level(heading: str) -> tuple[str, str]:
-    """What lies at -X and at +Y of LEVEL, by its heading (Rectified.level_heading): the person's front and right only
-    where that is their own (design.md section 4)."""
-    ways = {
-        "camera": ("the camera's side", "the camera's left"),
-        "world": ("the world's south", "the world's west"),
-    }
-    return ways.get(heading, OWN_WAYS)
-
-
 def mean(values: np.ndarray) -> float:
     """Of those that are known of (T,); NaN where none is."""
     return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")

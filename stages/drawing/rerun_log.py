@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +13,7 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
-from .bodies import FACES, along, normals, surface
-from .palette import DARK, GREEN, LEFT, MIDDLE, PURPLE, RIGHT, YELLOW, Colour, side_colour
+from .palette import DARK, Colour, side_colour
 from .rerun_video import Part
 
 if TYPE_CHECKING:
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
-_AXES = {"back": PURPLE, "right": GREEN, "up": YELLOW}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 13  # of a skeleton that are sent at a time, four minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
@@ -98,46 +95,31 @@ def log_looks(
     """What stays the same of a skeleton: its axes, colours, names and radii."""
     import rerun as rr
 
-    _log_looks_of_joints(recording, entity, layout, frame, radius)
-    lines = rr.LineStrips3D if frame.dims == 3 else rr.LineStrips2D
-    look = lines.from_fields(colors=[side_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
-    recording.log(f"{entity}/bones", look, static=True)
-
-
-def _log_looks_of_joints(
-    recording: rr.RecordingStream, entity: str, layout: Layout, frame: Frame, radius: float
-) -> None:
-    import rerun as rr
-
+    points, lines = rr.Points2D, rr.LineStrips2D
     if frame.dims == 3:
+        points, lines = rr.Points3D, rr.LineStrips3D
         letters = [_LETTERS.get(word, word[0].upper()) for word in frame.axes]
         recording.log(entity, getattr(rr.ViewCoordinates, "".join(letters)), static=True)
-    points = rr.Points3D if frame.dims == 3 else rr.Points2D
     colours = [side_colour(joint) for joint in layout.joints]
     look = points.from_fields(colors=colours, radii=[radius], labels=layout.joints, show_labels=False)
     recording.log(f"{entity}/joints", look, static=True)
+    bones = lines.from_fields(colors=[side_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
+    recording.log(f"{entity}/bones", bones, static=True)
 
 
 def log_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
     """Where a skeleton's joints and bones are at each of its times."""
     import rerun as rr
 
-    _log_rows_of_joints(recording, entity, poses)
-    lines = rr.LineStrips3D if poses.frame.dims == 3 else rr.LineStrips2D
+    flat = poses.frame.dims == 2
+    points, lines = (rr.Points2D, rr.LineStrips2D) if flat else (rr.Points3D, rr.LineStrips3D)
     ends = np.array([poses.layout.indices(bone) for bone in poses.layout.bones])
     for clock, joints in _pieces(recording, poses):
+        columns = points.columns(positions=joints.reshape(-1, poses.frame.dims))
+        places = columns.partition(np.full(len(joints), len(poses.layout)))
+        recording.send_columns(f"{entity}/joints", clock, places)
         columns = lines.columns(strips=_segments(joints[:, ends]))
         recording.send_columns(f"{entity}/bones", clock, columns.partition(np.full(len(joints), len(ends))))
-
-
-def _log_rows_of_joints(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
-    import rerun as rr
-
-    points = rr.Points3D if poses.frame.dims == 3 else rr.Points2D
-    for clock, joints in _pieces(recording, poses):
-        columns = points.columns(positions=joints.reshape(-1, poses.frame.dims))
-        columns = columns.partition(np.full(len(joints), len(poses.layout)))
-        recording.send_columns(f"{entity}/joints", clock, columns)
 
 
 def _pieces(
@@ -149,76 +131,6 @@ def _pieces(
         yield time_columns(poses.frame_index[rows], poses.times[rows]), poses.joints[rows]
         if len(poses) > _ROWS:
             recording.flush()
-
-
-def log_joints(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:
-    """`entity`/joints alone, as `log_skeleton` logs them."""
-    _log_looks_of_joints(recording, entity, poses.layout, poses.frame, radius)
-    _log_rows_of_joints(recording, entity, poses)
-
-
-def log_body(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
-    """`entity`/right, /left and /middle: the body's tapered bones."""
-    log_body_looks(recording, entity)
-    log_body_rows(recording, entity, poses)
-
-
-_BODY_SIDES = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
-
-
-def log_body_looks(recording: rr.RecordingStream, entity: str) -> None:
-    """One surface for all bones of a side, and its colour."""
-    import rerun as rr
-
-    points = surface(np.eye(3)[0])
-    for side, colour in _BODY_SIDES.items():
-        shape = rr.Mesh3D(
-            vertex_positions=points,
-            triangle_indices=FACES,
-            vertex_normals=normals(points),
-            albedo_factor=colour,
-        )
-        recording.log(f"{entity}/{side}", shape, static=True)
-
-
-def log_body_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
-    """Each row puts the surface wherever a bone is known."""
-    import rerun as rr
-
-    for side in _BODY_SIDES:
-        for clock, joints in _pieces(recording, poses):
-            has_length, places = _bones(joints, poses.layout, side)
-            columns = rr.InstancePoses3D.columns(**places)
-            recording.send_columns(f"{entity}/{side}", clock, columns.partition(has_length.sum(axis=1)))
-
-
-def log_body_now(recording: rr.RecordingStream, entity: str, joints: np.ndarray, layout: Layout) -> None:
-    """One row (J, 3) at the recording's own time: a sixth of the time that a column takes."""
-    import rerun as rr
-
-    for side in _BODY_SIDES:
-        recording.log(f"{entity}/{side}", rr.InstancePoses3D(**_bones(joints[None], layout, side)[1]))
-
-
-def _bones(joints: np.ndarray, layout: Layout, side: str) -> tuple[np.ndarray, dict[str, Any]]:
-    """(T, bones) which bones of a side are known in joints (T, J, 3), and of these where each begins, its turn and its
-    length."""
-    starts, ends = _ends(layout, side)
-    bone = joints[:, ends] - joints[:, starts]
-    length = np.linalg.norm(bone, axis=-1)
-    has_length = np.asarray(length > 0)  # and not NaN
-    scales = np.repeat(length[has_length][:, None], 3, axis=1)
-    return has_length, {
-        "translations": joints[:, starts][has_length], "quaternions": along(bone[has_length]), "scales": scales
-    }  # fmt: skip
-
-
-@cache
-def _ends(layout: Layout, side: str) -> tuple[list[int], list[int]]:
-    """Where the bones of a side begin and end."""
-    bones = [bone for bone in layout.bones if side_colour(*bone) == _BODY_SIDES[side]]
-    starts, ends = (list(layout.indices(names)) for names in zip(*bones, strict=True))
-    return starts, ends
 
 
 def _segments(ends: np.ndarray) -> pa.Array:
@@ -235,28 +147,6 @@ def _segments(ends: np.ndarray) -> pa.Array:
     points = pa.FixedSizeListArray.from_arrays(pa.array(ends.reshape(-1)), type=strips.value_type)
     starts = pa.array(np.arange(0, len(points) + 1, 2, dtype=np.int32))
     return pa.ListArray.from_arrays(starts, points, type=strips)
-
-
-def log_axes(
-    recording: rr.RecordingStream,
-    entity: str,
-    axes: np.ndarray,
-    length: float,
-    clock: PoseSequence | None = None,
-) -> None:
-    """Arrows of that length from the pelvis along BODY's axes: the columns of a (3, 3), or of (T, 3, 3) on a clock."""
-    import rerun as rr
-
-    vectors = np.swapaxes(axes, -1, -2).reshape(-1, 3)
-    look = rr.Arrows3D.from_fields(
-        colors=list(_AXES.values()), labels=list(_AXES), show_labels=clock is None, radii=[0.07 * length]
-    )
-    recording.log(entity, look, static=True)
-    if clock is None:
-        recording.log(entity, rr.Arrows3D.from_fields(vectors=vectors), static=True)
-    else:
-        columns = rr.Arrows3D.columns(vectors=vectors).partition(np.full(len(clock), 3))
-        recording.send_columns(entity, time_columns(clock.frame_index, clock.times), columns)
 
 
 def log_curves(

@@ -16,8 +16,8 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP, check_c3d
+from ..drawing.provenance import provenance
 from .markers import frame_over_the_floor, markers, nothing_in
-from .provenance import provenance
 
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
 

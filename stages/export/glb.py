@@ -20,8 +20,8 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.filters import stretches
+from ..drawing.provenance import provenance
 from .armature import ANIMATION, Armature, BoneNames, armature
-from .provenance import provenance
 
 _TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 _VERTICES, _INDICES = 34962, 34963  # what the bytes are for

@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.movement import dataset_of
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from .provenance import provenance
+from ..drawing.provenance import provenance
 
 
 def write_netcdf(take: Take, path: Path) -> None:

@@ -16,8 +16,8 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
+from ..drawing.provenance import provenance
 from .markers import OPENSIM, frame_over_the_floor, markers, nothing_in
-from .provenance import provenance
 
 # Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
 # trunk line are not among them: that model's back bends, so that its hips and arms are against pelvis and torso.

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
+from ..drawing.provenance import provenance
 from ..trajectories import unit_of
-from .provenance import provenance
 
 if TYPE_CHECKING:
     import pyarrow as pa

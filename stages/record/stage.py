@@ -15,15 +15,13 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
-from ..drawing.facts import length_unit, shared_up
+from ..drawing.facts import shared_up
 from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
+from ..drawing.provenance import provenance
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
     half_height,
-    log_axes,
-    log_body,
     log_curves,
-    log_joints,
     log_notices,
     log_skeleton,
     log_video,
@@ -33,7 +31,6 @@ from .angles import log_angles, log_marks
 from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .horizon import log_horizon
-from .summary import summary_markdown
 from .views import OFF_KEYPOINTS, views
 from .walk import log_room
 
@@ -67,11 +64,10 @@ def record(take: Take, path: str | Path) -> None:
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
-    axes it came in, and the body's axes there), body, level (joints and tapered bones); walk (LEVEL's room: the floor,
-    the path over it and its error, the camera, and what goes along with the person); wrists/source,
-    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's);
-    angles/<angle> with the ends of its 90 % band; marks (moments of events);
-    off_keypoints (how far each limb is from its keypoints); events; summary.
+    axes it came in), level; walk (LEVEL's room: the floor, the path over it and its error, the camera, and what goes
+    along with the person); rotation (expected errors, and how far each frame's vote on up is from the take's);
+    angles/<angle> with the ends of its 90 % band; marks (moments of events); off_keypoints (how far each limb is from
+    its keypoints); events (notices); provenance.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -102,7 +98,7 @@ def record(take: Take, path: str | Path) -> None:
         shown = gaps_marked(take)
         _log_poses(recording, shown, size)
         log_first(recording, shown, size)
-        _log_rotation(recording, shown, size)
+        _log_rotation(recording, shown)
         del shown
         _log_off_keypoints(recording, take)
         file.check()
@@ -110,25 +106,17 @@ def record(take: Take, path: str | Path) -> None:
         log_marks(recording, take)
         log_horizon(recording, take)
         log_angles(recording, angles_with_gaps_marked(take))
-        log_notices(recording, take.notices, poses)
-        summary = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
-        recording.log("summary", summary, static=True)
+        log_notices(recording, take.said, poses)
+        lines = "\n".join(f"- {name}: {text}" for name, text in provenance(take).items())
+        text = rr.TextDocument(lines, media_type=rr.MediaType.MARKDOWN)
+        recording.log("provenance", text, static=True)
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    rectified = take.need("rectified")
     if take.keypoints is not None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
-    source, level = take.need("poses"), rectified.level
-    log_skeleton(recording, "source", source, radius=0.024 * size)
-    log_skeleton(recording, "body", rectified.body, radius=0.024 * size)
-    log_joints(recording, "level", level, radius=0.024 * size)
-    log_body(recording, "level", level)
-    for entity, skeleton in {"source": source, "level": level}.items():
-        unit, wrists = length_unit(skeleton), [skeleton.joint(wrist) for wrist in ("r_wrist", "l_wrist")]
-        for axis, values in zip("xyz", np.stack(wrists, axis=-1).swapaxes(0, 1), strict=True):
-            names = [f"{wrist} {axis} ({unit})" for wrist in ("r_wrist", "l_wrist")]
-            log_curves(recording, f"wrists/{entity}/{axis}", skeleton, values, names, [RIGHT, LEFT])
+    log_skeleton(recording, "source", take.need("poses"), radius=0.024 * size)
+    log_skeleton(recording, "level", take.need("rectified").level, radius=0.04 * size)
 
 
 def _log_off_keypoints(recording: rr.RecordingStream, take: Take) -> None:
@@ -139,11 +127,8 @@ def _log_off_keypoints(recording: rr.RecordingStream, take: Take) -> None:
     log_curves(recording, OFF_KEYPOINTS, take.need("poses"), values, names, _LIMBS)
 
 
-def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    poses = take.need("poses")
-    rectified, length = take.need("rectified"), 0.3 * size
-    log_axes(recording, "source/axes", length * rectified.R_source_from_body, length, clock=poses)
-    log_axes(recording, "body/axes", length * np.eye(3), length)
+def _log_rotation(recording: rr.RecordingStream, take: Take) -> None:
+    poses, rectified = take.need("poses"), take.need("rectified")
     curves = {
         "error": ("expected error (deg)", rectified.error_deg, _ERROR),
         "up": ("vote off the take's up (deg)", angle_deg(rectified.up_votes, shared_up(rectified)), _UP),

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.common.residuals import has_residuals
-from ...pipeline.core.anthropometry import floor_height
-from ...pipeline.core.frames import BODY
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
-from ..drawing.facts import OWN_WAYS, ways_of_level
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
 from .first import first_view
@@ -26,7 +22,6 @@ OFF_KEYPOINTS = "off_keypoints"  # entity: how far each limb is from its keypoin
 _EYES = {
     "camera": (0.5, -0.4, -2.4),  # near the camera itself
     "world": (-2.2, 1.1, 0.5),
-    "body": (-2.2, 1.1, 0.5),  # in front of the person, who faces -x, to the right and a little above
 }
 
 
@@ -52,31 +47,23 @@ def views(take: Take, size: float) -> rrb.Container:
 
 
 def _details(take: Take, size: float) -> rrb.Container:
-    """On the left poses before and after, in the middle the path and the angles, on the right wrists, rotation and
-    words."""
+    """On the left the poses before, in the middle the path and the angles, on the right rotation and words."""
     import rerun.blueprint as rrb
 
-    rectified, source = take.need("rectified"), take.need("poses").frame
-    placed = walked(rectified)
-    front, right = ways = ways_of_level(rectified.level_heading)
-    after = ("back", "right", "up") if ways == OWN_WAYS else (f"from {front}", f"to {right}", "up")
-    after = after if rectified.camera != "moving" else ("back", "right (relative)", "up")
-    texts: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
-    if take.notices:
+    source = take.need("poses").frame
+    eye = size * source.basis @ np.array(_EYES[source.family])
+    placed = walked(take.need("rectified"))
+    texts: list[rrb.View] = []
+    if take.said:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         texts.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
-    unit = source.unit if source.metric else "arbitrary units"
+    texts.append(rrb.TextDocumentView(origin="provenance", name="Provenance"))
     curves = [
-        _wrists("level", f"Wrists after ({unit})", after),
-        _wrists("source", f"Wrists before ({unit})", source.axes),
         _curves("rotation", "Rotation (deg)"),
         *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if has_residuals(take) else []),
     ]
     columns = [
-        [
-            _person("source", f"Before: {source.name} axes", take, size),
-            _person("body", "After: BODY, facing you", take, size),
-        ],
+        [person_view("source", f"Before: {source.name} axes", eye)],
         [
             *([walk_view(take, placed, size)] if placed is not None else []),
             *([angle_views(take)] if angled(take) else []),
@@ -84,19 +71,6 @@ def _details(take: Take, size: float) -> rrb.Container:
         [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*texts, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
-
-
-def _wrists(entity: str, name: str, axes: Sequence[str]) -> rrb.Container:
-    """A view for each axis, right orange, left blue."""
-    import rerun.blueprint as rrb
-
-    views = [
-        rrb.TimeSeriesView(
-            origin=f"wrists/{entity}/{letter}", name=axis, plot_legend=rrb.PlotLegend(visible=False)
-        )
-        for letter, axis in zip("xyz", axes, strict=True)
-    ]
-    return rrb.Vertical(*views, name=name)
 
 
 def _bounds(take: Take) -> rrb.VisualBounds2D | None:
@@ -112,15 +86,6 @@ def _bounds(take: Take) -> rrb.VisualBounds2D | None:
     margin = 0.08 * (high - low).max()
     (x_0, y_0), (x_1, y_1) = low - margin, high + margin
     return rrb.VisualBounds2D(x_range=(x_0, x_1), y_range=(y_0, y_1))
-
-
-def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
-    frame = take.need("poses").frame if entity == "source" else BODY
-    grid = None
-    if entity != "source":
-        height = floor_height(take.need("rectified").body)
-        grid = (height if np.isfinite(height) else -size), size / 4
-    return person_view(entity, name, size * frame.basis @ np.array(_EYES[frame.family]), grid=grid)
 
 
 def _curves(entity: str, name: str) -> rrb.View:

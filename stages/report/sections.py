@@ -9,14 +9,13 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
-from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, SUMMARY
 from ..drawing.facts import Facts
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
+from ..drawing.provenance import provenance
 
 _MOST = 40  # notices of one kind
-_UNITS = {"m": "metres", "arbitrary": "units of the source"}
 _HEADINGS = {
     "camera": "Front is towards the camera, and right is the camera's left.",
     "world": "Front and right are those of the file's world.",
@@ -87,32 +86,21 @@ def gravity_words(facts: Facts) -> Markup:
     return bullets(lines)
 
 
-def provenance(take: Take) -> Markup:
-    """What was read and how, with versions; summary.json has every step and its options."""
-    keys, poses, rectified = ("role", "file", "adapter", "sha256"), take.need("poses"), take.need("rectified")
-    files = [tuple(str(entry.get(key, "–")) for key in keys) for entry in take.inputs]
-    about = [
-        f"pcnet3d {package_version()}.",
-        f"Rectified by {rectified.method}: {rectified.turned.sum()} of {how_many(len(poses), 'frame')}.",
-        f"Lengths are in {_UNITS.get(poses.frame.unit, poses.frame.unit)}.",
-        f"Poses: {'video ' * (take.video is not None)}frames {poses.frame_index[0]} to {poses.frame_index[-1]}, "
-        f"person {poses.person}.",
-        f"Axes of the poses before they were turned upright: {poses.frame}.",
-    ]
-    if take.video is not None:
-        video = take.video
-        about.append(
-            f"Video: {video.width} x {video.height} pixels, {how_many(len(video.time_s), 'frame')}"
-            f"{rate_in_words(video.fps, ' at ')}, "
-            f"{video.codec}" + (f", turned by {video.rotation_deg}°." if video.rotation_deg else ".")
+def provenance_of(take: Take) -> Markup:
+    """What was read and how, with versions, as every file of the run says it; what was noted beside."""
+    poses = take.need("poses")
+    lines = {
+        "poses": f"person {poses.person}, frames {poses.frame_index[0]} to {poses.frame_index[-1]}, {poses.frame}",
+        "rectified": f"{take.need('rectified').turned.sum()} of {how_many(len(poses), 'frame')}",
+    }
+    if (video := take.video) is not None:
+        turned = f", turned by {video.rotation_deg}°" if video.rotation_deg else ""
+        lines["video"] = (
+            f"{video.width} x {video.height} pixels, {how_many(len(video.time_s), 'frame')}"
+            f"{rate_in_words(video.fps, ' at ')}, {video.codec}{turned}"
         )
-    if seams := poses.seams:
-        times = ", ".join(f"{poses.times[seam]:.2f}" for seam in seams[:_MOST])
-        about.append(
-            f"New clips begin at {times}{' ...' if len(seams) > _MOST else ''} s; poses may jump there."
-        )
-    inputs = table(("input", "file", "read as", "SHA-256"), files)
-    return bullets(about) + inputs + box("Notes", _most(take.texts("note")))
+    shown = {name: text for name, text in provenance(take).items() if not name.startswith("warning")}
+    return table(("", ""), [*(shown | lines).items()]) + box("Notes", _most(take.texts("note")))
 
 
 def _most(texts: Sequence[str]) -> list[str]:

@@ -25,7 +25,7 @@ from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg
 from .measures import happened
 from .player import skeleton_player
-from .sections import files_beside, gravity_words, provenance, repairs_of, session_words
+from .sections import files_beside, gravity_words, provenance_of, repairs_of, session_words
 from .trust import trust
 
 # The one meaning of 90 %.
@@ -78,7 +78,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
-        ("Where this comes from", provenance(take)),
+        ("Where this comes from", provenance_of(take)),
     ]
     return page(take.title, head, sections, folded=True)
 

@@ -7,10 +7,9 @@ import pcnet3d
 
 # Pages and files that show it. stages/study is judged by its own tests.
 SHOW = {
+    "stages/drawing/provenance.py",
     "stages/export/netcdf.py",
-    "stages/export/provenance.py",
     "stages/export/stage.py",
-    "stages/record/summary.py",
 }
 
 

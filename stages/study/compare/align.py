@@ -54,13 +54,8 @@ def stamped(side: Side, reference: Side, shift_s: float) -> Alignment:
 
 def correlated(side: Side, reference: Side, offset_s: float, search_s: float) -> Alignment:
     """By the correlation of those of eight joint angles that both know, for shifts within search_s of offset_s, to a
-    fraction of a frame. Of shifts that fit about as well it is the one nearest to offset_s: of strides that are alike
-    the errors of the poses choose, and a second more or less of both takes.
-
-    InputError when less than a second of motion is known to both.
+    fraction of a frame (`best_shift`). InputError when less than a second of motion is known to both.
     """
-    from scipy.ndimage import maximum_filter1d
-
     step = max(*(float(np.median(np.diff(each.time_s))) for each in (side, reference)), _FINEST_S)
     reach = max(1, int(np.ceil(search_s / step)))  # a peak has neighbours
     times = np.arange(side.time_s[0], side.time_s[-1] + 1e-9, step)
@@ -76,48 +71,39 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     enough = common * step >= max(LEAST_S, LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
         raise InputError("files-apart", _apart(side, reference, offset_s, search_s))
-    scores = np.where(enough, np.nan_to_num(scores, nan=-1.0), -1.0)
-    shifts = offset_s + step * np.arange(-reach, reach + 1)
-    highest = maximum_filter1d(scores, 2 * int(np.ceil(SAME_PEAK_S / step)) + 1)
-    as_good = (peaks(scores) & (scores == highest) & (scores > AMBIGUOUS * scores.max())) | (
-        scores == scores.max()
-    )
-    chosen = float(min(shifts[as_good], key=lambda shift_s: abs(shift_s - offset_s)))
 
     def score(shift_s: float) -> float:
         return _score(angles, _angles(reference, times + shift_s, names)[:, of_both])[0]
 
-    shift_s = refined(score, chosen, step)
+    shifts = offset_s + step * np.arange(-reach, reach + 1)
+    shift_s, runner_up = best_shift(shifts, np.where(enough, scores, np.nan), score, offset_s)
     # To 0.1 ms: takes of one clock come out at 0, and lose no row at their ends.
-    return Alignment(
-        "cross-correlation", round(shift_s, 4), score(shift_s), runner_up(shifts, scores, chosen)
-    )
+    return Alignment("cross-correlation", round(shift_s, 4), score(shift_s), runner_up)
 
 
-def refined(score: Callable[[float], float], near_s: float, step_s: float) -> float:
-    """The shift in seconds within a step of near_s at which the score is highest, to about 0.1 ms."""
+def best_shift(
+    shifts: np.ndarray, scores: np.ndarray, score: Callable[[float], float], near_s: float
+) -> tuple[float, float]:
+    """The shift in seconds, to a fraction of the steps between shifts (N,), and the highest peak of scores (N,)
+    elsewhere, NaN without one. Of shifts that fit about as well it is the one nearest to near_s: of strides that are
+    alike the errors of the poses choose, and a second more or less of both takes. scores: NaN where nothing is known.
+    score: at any shift."""
+    from scipy.ndimage import maximum_filter1d
     from scipy.optimize import minimize_scalar
 
+    scores, step_s = np.nan_to_num(scores, nan=-1.0), float(shifts[1] - shifts[0])
+    peaks = np.r_[False, (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]), False]
+    highest = scores == maximum_filter1d(scores, 2 * int(np.ceil(SAME_PEAK_S / step_s)) + 1)
+    as_good = (peaks & highest & (scores > AMBIGUOUS * scores.max())) | (scores == scores.max())
+    chosen = float(min(shifts[as_good], key=lambda shift_s: abs(shift_s - near_s)))
     best: Any = minimize_scalar(
         lambda shift_s: -score(shift_s),
-        bounds=(near_s - step_s, near_s + step_s),
+        bounds=(chosen - step_s, chosen + step_s),
         method="bounded",
         options={"xatol": 1e-4},
     )
-    return float(best.x)
-
-
-def peaks(scores: np.ndarray) -> np.ndarray:
-    """(N,) where scores (N,) have a peak; neither end is one."""
-    return np.r_[False, (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]), False]
-
-
-def runner_up(shifts: np.ndarray, scores: np.ndarray, chosen: float) -> float:
-    """The highest peak of scores (N,) at shifts (N,) seconds that is not at the chosen one; NaN without one. A score
-    that is not known is NaN, or -1."""
-    scores = np.nan_to_num(scores, nan=-1.0)
-    others = scores[peaks(scores) & (np.abs(shifts - chosen) > SAME_PEAK_S)]
-    return float(others.max()) if len(others) else float("nan")
+    others = scores[peaks & (np.abs(shifts - chosen) > SAME_PEAK_S)]
+    return float(best.x), float(others.max()) if len(others) else float("nan")
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

@@ -42,7 +42,7 @@ from ....pipeline.signals.filters import (
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import Cell, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
-from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, refined, runner_up
+from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, best_shift
 from .figures import correlation
 from .side import LEAST_S, doubts_of_level
 
@@ -214,11 +214,11 @@ def aligned(
         _score(video, window)[0] if long_enough else np.nan
         for window, long_enough in zip(windows, enough, strict=True)
     ]
-    scores = np.array(tried)
-    top = float(lags[np.nanargmax(scores)])
-    lag_s = refined(lambda lag_s: _score(video, resampled(imu, time_s, grid + lag_s))[0], top, step)
+    lag_s, runner_up = best_shift(
+        lags, np.array(tried), lambda lag_s: _score(video, resampled(imu, time_s, grid + lag_s))[0], 0.0
+    )
     score, heading_deg = _score(video, resampled(imu, time_s, grid + lag_s))
-    return lag_s, heading_deg, score, runner_up(lags, scores, top)
+    return lag_s, heading_deg, score, runner_up
 
 
 def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from markupsafe import Markup
 
-from ....pipeline.core.figures import GROUPS, label_of
+from ....pipeline.core.figures import label_of
 from ....pipeline.core.measures import SD_90
-from ....pipeline.core.measures import Curve as Cycle
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
@@ -33,7 +32,6 @@ def as_page(comparison: Comparison) -> str:
         sections += [
             (f"Differences{of}", _differences(pair)),
             (f"Angles over time{of}", _angles(pair)),
-            (f"Mean cycles{of}", _cycles(pair)),
         ]
     sections.append(("How they were aligned", bullets(_together(comparison))))
     reference, *others = sides = [comparison.reference, *(pair.side for pair in comparison.pairs)]
@@ -129,47 +127,11 @@ def _angles(pair: Pair) -> Markup:
             title = f"{label_of(name).capitalize()} (°)"
             shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
         rows.append(charts(shown))
-    about = f"{_colours(pair)}; its band holds the grey curve in nine of ten frames, if the errors of both are right."
-    return small(about) + joined(rows) if pair.agreement else Markup("")
-
-
-def _cycles(pair: Pair) -> Markup:
-    """Of two motions the mean cycles of both, from their measures."""
-    if pair.alignment is not None:
-        return Markup("")
-    rows = []
-    for kind in ("knee_bends", "arm_raises", "walking"):
-        reference, compared = (
-            {curve.angle: curve for curve in side.measures.group(kind).curves}
-            for side in (pair.reference, pair.side)
-        )
-        both = [angle for angle in compared if angle in reference]
-        rows.append(charts(_cycle(pair, kind, reference[angle], compared[angle]) for angle in both))
-    about = f"{_colours(pair)}. Mean over the cycles; band: one standard deviation, of six cycles or more."
-    return small(about) + joined(rows) if any(rows) else Markup("")
-
-
-def _cycle(pair: Pair, kind: str, reference: Cycle, compared: Cycle) -> Markup:
-    both = [(pair.reference.name, reference, SOFT), (pair.side.name, compared, _colour(compared.angle))]
-    curves = [
-        Curve(
-            name,
-            np.array(cycle.mean_deg),
-            colour,
-            None if cycle.sd_deg is None else np.array(cycle.sd_deg),
-            width=_WIDE if cycle is reference else 1.6,
-        )
-        for name, cycle, colour in both
-    ]
-    title = f"{GROUPS[kind].title.capitalize()}: {label_of(compared.angle)} (°)"
-    chart = over_time(
-        curves, np.linspace(0, 100, len(curves[0].values)), f"{title} over a cycle", "cycle (%)"
+    about = (
+        f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
+        "the grey curve in nine of ten frames, if the errors of both are right."
     )
-    return figure([chart], title, f"{reference.count} and {compared.count} cycles")
-
-
-def _colours(pair: Pair) -> str:
-    return f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left"
+    return small(about) + joined(rows) if pair.agreement else Markup("")
 
 
 def _colour(name: str) -> str:

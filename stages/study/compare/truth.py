@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from ....pipeline.core.anthropometry import STATURES_M, implied_stature
-from ....pipeline.core.errors import InputError, naming, readable
+from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import keys
-from ....pipeline.files.bvh import read_motion
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc, z_up
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
 from ....pipeline.plugins.options import call
@@ -51,12 +50,6 @@ def read_truth(
 def _read(path: Path, kind: str, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     if kind in (".trc", ".c3d"):
         return _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
-    if kind == ".bvh":
-        with readable(path, "a BVH file"):
-            text = path.read_text(encoding="utf-8", errors="replace")
-        motion = read_motion(text, unit)
-        joints = z_up(motion.joints, up or "y")
-        return _poses(joints, (motion.first + np.arange(len(joints))) / (fps or motion.fps))
     if kind == ".npz":
         if "clip_start" in keys(path):
             raise InputError(
@@ -118,11 +111,12 @@ def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | 
 
 
 def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
+    given = {name: value for name, value in {"up": up, "unit": unit}.items() if value is not None}
     people = [
         poses
         for adapter in adapters("poses").values()
         if recognises(adapter, path)
-        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options={})
+        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options=given)
         if poses.frame.family == "world" and poses.frame.metric
     ]
     if len(people) != 1:
@@ -130,13 +124,10 @@ def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> 
             "format-unknown",
             "expected one person's motion capture: TRC, C3D, BVH, .npz, or a file that FreeMoCap writes.",
         )
-    if given := [option for option, value in {"--unit": unit, "--up": up}.items() if value is not None]:
-        raise InputError(
-            "option-conflict", f"{', '.join(given)}: this file's format says which; leave that out."
-        )
     poses = remap(people[0], H36M17)
     if fps is not None:
-        poses = poses.with_(time_s=poses.frame_index / fps)
+        rows = poses.frame_index if poses.time_s is None else poses.time_s * poses.fps
+        poses = poses.with_(time_s=rows / fps)
     if poses.time_s is None:
         raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))

@@ -18,7 +18,7 @@ from ....pipeline.core.frames import BODY, IMAGE
 from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
 from ...drawing.rerun_file import RecordingFile, recording_file
-from ...drawing.rerun_log import log_body_looks, log_body_now, log_looks, log_rows, person_view
+from ...drawing.rerun_log import log_looks, log_rows, person_view
 from ...drawing.rerun_video import TICK, h264_stream
 from .frames import LivePose
 from .source import Shot
@@ -57,7 +57,7 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
 
 
 class LiveRecording:
-    """Entities: video, video/keypoints, body, body/surface (the person drawn as tapered bones), rotation."""
+    """Entities: video, video/keypoints, body, rotation."""
 
     def __init__(
         self, file: RecordingFile, layout: Layout, target: OutputContainer | None, beside: ThreadPoolExecutor
@@ -71,8 +71,7 @@ class LiveRecording:
         self._beside, self._pending = beside, deque[Future[None]]()
         self._encoder: VideoStream | None = None
         log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
-        log_looks(recording, "body", H36M17, _BODY, 0.024 * _SIZE)
-        log_body_looks(recording, "body/surface")
+        log_looks(recording, "body", H36M17, _BODY, 0.04 * _SIZE)
         for name, label in (("error", "expected error (deg)"), ("bound", "90 % bound of up (deg)")):
             recording.log(f"rotation/{name}", rr.SeriesLines(names=[label]), static=True)
 
@@ -109,7 +108,6 @@ class LiveRecording:
                 entity,
                 PoseSequence(joints[None], layout, frame, frame_index=index, time_s=time_s),
             )
-        log_body_now(recording, "body/surface", pose.body, H36M17)
         recording.log("rotation/error", rr.Scalars(pose.error_deg))
         recording.log("rotation/bound", rr.Scalars(pose.up_bound_deg))
 

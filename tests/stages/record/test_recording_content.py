@@ -14,7 +14,6 @@ from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.stages.record import stage
 from pcnet3d.stages.record.stage import Record, record
-from pcnet3d.stages.record.summary import summary_markdown
 from pcnet3d.stages.record.views import OFF_KEYPOINTS
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
@@ -27,7 +26,7 @@ def same(values, expected):
 
 def test_skeletons_on_both_time_axes(taken):
     take, recording = taken()
-    skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
+    skeletons = {"source": take.poses, "level": take.rectified.level}
     for entity, poses in {**skeletons, "video/keypoints": take.keypoints}.items():
         points = "Points2D" if poses is take.keypoints else "Points3D"
         frame, nanoseconds, positions = recording.over_time(f"{entity}/joints", f"{points}:positions")
@@ -40,7 +39,7 @@ def test_skeletons_on_both_time_axes(taken):
 def test_bones_join_the_joints_they_name(taken):
     take, recording = taken()
     for entity, poses, archetype in (
-        ("body", take.rectified.body, "LineStrips3D"),
+        ("level", take.rectified.level, "LineStrips3D"),
         ("video/keypoints", take.keypoints, "LineStrips2D"),
     ):
         _, _, strips = recording.over_time(f"{entity}/bones", f"{archetype}:strips")
@@ -52,7 +51,7 @@ def test_left_and_right_have_their_own_colours(taken):
     take, recording = taken()
     by_side = {}
     for entity, archetype, layout in (
-        ("body", "3D", take.poses.layout),
+        ("level", "3D", take.poses.layout),
         ("video/keypoints", "2D", take.keypoints.layout),
     ):
         joints = recording.static(f"{entity}/joints", f"Points{archetype}:colors")
@@ -64,28 +63,6 @@ def test_left_and_right_have_their_own_colours(taken):
             by_side.setdefault(sides.pop() if len(sides) == 1 else "", set()).add(colour)
     assert all(len(colours) == 1 for colours in by_side.values())
     assert len(set.union(*by_side.values())) == 3
-
-
-def test_wrists_before_and_after_with_units(taken):
-    take, recording = taken()
-    for entity, poses in (("source", take.poses), ("level", take.rectified.level)):
-        for i, axis in enumerate("xyz"):
-            _, _, values = recording.over_time(f"wrists/{entity}/{axis}", "Scalars:scalars")
-            same(values, np.stack([poses.joint("r_wrist")[:, i], poses.joint("l_wrist")[:, i]], axis=1))
-            names = recording.static(f"wrists/{entity}/{axis}", "SeriesLines:names")
-            assert names == [f"{wrist} {axis} (m)" for wrist in ("r_wrist", "l_wrist")]
-
-
-def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_back):
-    take = make_take()
-    unknown = {
-        name: poses.with_(frame=poses.frame.with_(unit="arbitrary"))
-        for name, poses in (("poses", take.poses), ("level", take.rectified.level))
-    }
-    poses = unknown.pop("poses")
-    recording = read_back(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)))
-    assert recording.static("wrists/level/x", "SeriesLines:names")[0] == "r_wrist x (units)"
-    assert "Wrists after (arbitrary units)" in recording.blueprint(TAB)
 
 
 def test_missing_joints_stay_missing(taken, make_take):
@@ -100,8 +77,6 @@ def test_missing_joints_stay_missing(taken, make_take):
     _, recording = taken(poses=poses, rectified=rectified)
     _, _, positions = recording.over_time("source/joints", "Points3D:positions")
     same(positions, joints)
-    _, _, curve = recording.over_time("wrists/source/x", "Scalars:scalars")
-    assert np.flatnonzero(np.isnan(curve).any(axis=1)).tolist() == [4, 7]
     _, _, deviation = recording.over_time("rotation/up", "Scalars:scalars")
     assert np.flatnonzero(np.isnan(deviation)).tolist() == [7]
 
@@ -118,7 +93,7 @@ def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
         up_bound_deg=None,
     )
     _, recording = taken(poses=take.poses.with_(joints=nothing), rectified=rectified)
-    assert np.isnan(recording.over_time("body/joints", "Points3D:positions")[2]).all()
+    assert np.isnan(recording.over_time("level/joints", "Points3D:positions")[2]).all()
 
 
 def test_gaps_end_what_is_shown(taken, make_take):
@@ -142,7 +117,7 @@ def test_gaps_end_what_is_shown(taken, make_take):
     )
     events = (notice("seam", rows=[3]),)
     _, recording = taken(poses=sparse, rectified=rectified, notices=events)
-    frame, nanoseconds, positions = recording.over_time("body/joints", "Points3D:positions")
+    frame, nanoseconds, positions = recording.over_time("level/joints", "Points3D:positions")
     assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
     np.testing.assert_allclose(nanoseconds, frame / 25 * 1e9, atol=1)
     assert np.flatnonzero(np.isnan(positions).any(axis=(1, 2))).tolist() == [3, 6]
@@ -153,16 +128,6 @@ def test_gaps_end_what_is_shown(taken, make_take):
         range(5, 17)
     )
     assert recording.over_time("events", "TextLog:text")[0].tolist() == [9]  # row 3 of the take itself
-
-
-def test_a_level_that_faces_the_camera_is_not_said_to_face_as_the_person(make_take, read_back):
-    """Of several people LEVEL's x was called back, which was each one's side."""
-    take = make_take()
-    turned = take.with_(rectified=replace(take.rectified, level_heading="camera"))
-    assert "-x points to" not in summary_markdown(take)
-    assert "-x points to the camera's side, y to the camera's left" in summary_markdown(turned)
-    names = read_back(turned).blueprint(NAME)
-    assert {"from the camera's side", "to the camera's left"} <= set(names)
 
 
 def test_events_stand_at_their_frames(taken):
@@ -184,38 +149,9 @@ def test_events_stand_at_their_frames(taken):
     assert levels == ["WARN", "INFO", "INFO"]
 
 
-def test_summary_puts_warnings_first(taken, make_take):
-    not_level = replace(make_take().rectified, level_ok=False, level_reason="the person lies")
-    inputs = ({"role": "poses", "file": "X3D.npy", "sha256": "abc", "adapter": "motionbert"},)
-    events = (own_notice("test.said", "a note", "note"), own_notice("test.said", "no scale"))
-    _, recording = taken(notices=events, inputs=inputs, rectified=not_level)
-    ((text,), (media_type,)) = (
-        recording.static("summary", f"TextDocument:{part}") for part in ("text", "media_type")
-    )
-    assert media_type == "text/markdown"
-    assert text.index("no scale") < min(
-        text.index(word) for word in ("source axes", "method", "a note", "X3D.npy")
-    )
-    for said in (
-        "CAMERA (x right, y down, z away",
-        "geometric",
-        "heading of LEVEL: median",
-        "the person lies",
-    ):
-        assert said in text
-
-
 def test_views_follow_what_there_is(taken):
     _, recording = taken()
-    curves = {f"wrists/{entity}/{axis}" for entity in ("source", "level") for axis in "xyz"} | {"rotation"}
-    assert set(recording.blueprint(ORIGIN)) == {
-        "video",
-        "walk/along",
-        "source",
-        "body",
-        *curves,
-        "summary",
-    }
+    assert set(recording.blueprint(ORIGIN)) == {"video", "walk/along", "source", "rotation", "provenance"}
     assert {"First look", "Details"} <= set(recording.blueprint(TAB))
     assert "2D keypoints" in recording.blueprint(NAME)
     assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
@@ -223,11 +159,8 @@ def test_views_follow_what_there_is(taken):
     walks = {entity for entity in recording.entities if entity.startswith("walk")}
     assert walks == {"walk/along", "walk/floor"}
     assert not np.any(recording.over_time("level", "Transform3D:translation")[2])
-    (x, y, z, ground), *_ = recording.blueprint("LineGrid3D:plane")
-    assert (x, y, z) == (0, 0, 1)
-    assert ground == pytest.approx(-0.9, abs=0.12)
     eyes = recording.blueprint("EyeControls3D:position")
-    assert [eye for eye in eyes if eye[0] < -1]  # the person faces -x in BODY and in LEVEL
+    assert [eye for eye in eyes if eye[0] < -1]  # the person faces -x in LEVEL
     _, recording = taken(keypoints=None, notices=(own_notice("test.said", "said", "note"),))
     assert "video" not in recording.blueprint(ORIGIN)
     assert "events" in recording.blueprint(ORIGIN)
@@ -242,11 +175,18 @@ def test_long_takes_are_in_few_chunks(make_take, read_back):
     assert sum(len(batch) for batch in batches) == 10_000
 
 
+def test_it_says_where_it_comes_from(taken):
+    inputs = ({"role": "poses", "file": "X3D.npy", "sha256": "abc", "adapter": "motionbert"},)
+    _, recording = taken(notices=(own_notice("test.said", "no scale"),), inputs=inputs)
+    (text,) = recording.static("provenance", "TextDocument:text")
+    assert all(said in text for said in ("X3D.npy", "no scale", "geometric", "LEVEL (x back"))
+
+
 def test_stage(make_take, tmp_path):
     stage = Record(tmp_path / "new" / "folder")
     take = make_take()
     assert Pipeline((stage,))(take).notices == ()
-    assert "body/joints" in Recording(tmp_path / "new" / "folder" / "take.rrd").entities
+    assert "level/joints" in Recording(tmp_path / "new" / "folder" / "take.rrd").entities
     assert [file.name for file in stage.folder.iterdir()] == ["take.rrd"]
     with pytest.raises(InputError, match="rectified"):
         Pipeline((stage,))(take.with_(rectified=None))
@@ -275,28 +215,6 @@ def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):
     assert len(strips) == 2
     assert len({point[2] for strip in strips for point in strip}) == 1
     assert "walk" in recording.blueprint(ORIGIN)
-
-
-def test_tapered_bones_reach_from_joint_to_joint(taken, make_take):
-    """The ends of each side's surface, put where each row says, are the joints; a missing joint has no bones."""
-    level = make_take().rectified.level
-    joints = level.joints.copy()
-    joints[4, level.layout.index("l_wrist")] = np.nan
-    _, recording = taken(rectified=replace(make_take().rectified, level=level.with_(joints=joints)))
-    for side, mark in (("right", "r_"), ("left", "l_")):
-        bones = [bone for bone in level.layout.bones if bone[1].startswith(mark)]
-        surface = np.array(recording.static(f"level/{side}", "Mesh3D:vertex_positions"))
-        ends = surface[[surface[:, 0].argmin(), surface[:, 0].argmax()]]
-        starts, turns, sizes = (
-            recording.over_time(f"level/{side}", f"InstancePoses3D:{what}")[2]
-            for what in ("translations", "quaternions", "scales")
-        )
-        for row, (start, turn, size) in enumerate(zip(starts, turns, sizes, strict=True)):
-            lines = np.stack([joints[row, level.layout.indices(bone)] for bone in bones])
-            lines = lines[np.isfinite(lines).all(axis=(1, 2))]
-            R = Rotation.from_quat(turn).as_matrix()
-            placed = rotate(R, ends * np.array(size)[:, None]) + np.array(start)[:, None]
-            np.testing.assert_allclose(placed, lines, atol=1e-5)
 
 
 def test_before_and_after_differ_by_the_cameras_tilt_alone(taken, make_take):

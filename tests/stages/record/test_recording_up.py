@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, Y_UP, Z_UP, Rectified, Take, change_frame
+from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
-from pcnet3d.stages.record.summary import summary_markdown
-
-NAME = "ViewBlueprint:display_name"
+from pcnet3d.stages.drawing.facts import facts_of
 
 
 def changed(take: Take, **changes) -> Take:
@@ -52,7 +50,7 @@ def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, frame)
         poses=take.poses.with_(frame=frame),
         rectified=replace(take.rectified, R_source_from_level=R, up_votes=votes),
     )
-    assert "looks down by 20 ± 5 degrees (pitch)" in summary_markdown(take)
+    assert "looks down by 20 ± 5 degrees (pitch)" in facts_of(take).camera_words
 
 
 def test_without_votes_there_is_nothing_of_them(recorded):
@@ -60,11 +58,9 @@ def test_without_votes_there_is_nothing_of_them(recorded):
     assert "rotation/up" not in recording.entities
 
 
-def test_views_of_a_moving_camera_say_that_directions_are_relative(recorded, make_take):
-    levels = moving(make_take().rectified, np.zeros(12)).R_source_from_level
-    names = recorded(R_source_from_level=levels, camera="moving").blueprint(NAME)
-    assert "right (relative)" in names
-    assert "right (relative)" not in recorded().blueprint(NAME)
+def words(take: Take) -> str:
+    facts = facts_of(take)
+    return " ".join([facts.camera_words, facts.up_words, facts.rests_words])
 
 
 TILTED = {"R_source_from_level": view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -8.0)))}
@@ -77,25 +73,24 @@ TILTED = {"R_source_from_level": view_rotation(*(np.array(angle) for angle in (3
         ({}, "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)", "unless"),
         (TILTED, "looks up by 12 ± 5 degrees (pitch)", "looks level"),
         (TILTED, "turned clockwise by 8 ± 5 degrees (roll)", "upright"),
-        ({"level_ok": False, "level_reason": "the person lies"}, "**no: the person lies**", "nown to within"),
-        ({"source": Z_UP, "camera": None, "up_votes": None}, "up: that of the source's own axes", "looks"),
+        ({"level_ok": False, "level_reason": "the person lies"}, "It is a guess", "nown to within"),
+        ({"source": Z_UP, "camera": None, "up_votes": None}, "The source knows its own up", "looks"),
     ],
 )
-def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take, changes, said, not_said):
-    text = summary_markdown(changed(make_take(), **changes))
+def test_how_well_up_is_known_and_what_it_rests_on(make_take, changes, said, not_said):
+    text = words(changed(make_take(), **changes))
     assert said in text
     assert not_said not in text
 
 
-def test_the_summary_of_a_moving_camera_and_of_who_does_not_stand_has_its_condition(make_take):
+def test_up_of_a_moving_camera_and_of_who_does_not_stand_has_its_condition(make_take):
     take = make_take()
     moved = take.with_(rectified=moving(take.rectified, np.zeros(12)))
-    text = summary_markdown(changed(moved, up_bound_deg=np.linspace(5, 8, 12)))
+    text = words(changed(moved, up_bound_deg=np.linspace(5, 8, 12)))
     assert "within 5° to 8° (90 %)" in text
-    assert "back and right are relative to the camera" in text
     level = take.rectified.level
     laid = changed(take, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert "Known to within 5° (90 %), unless the image is turned" in summary_markdown(laid)
+    assert "Known to within 5° (90 %), unless the image is turned" in words(laid)
 
 
 def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
@@ -113,32 +108,6 @@ def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
     _, recording = taken(rectified=replace(make_take().rectified, error_deg=error))
     _, _, values = recording.over_time("rotation/error", "Scalars:scalars")
     np.testing.assert_array_equal(np.ravel(values), error)
-
-
-def test_axes_of_the_body(taken):
-    take, recording = taken()
-    back, right, up = np.array(recording.static("body/axes", "Arrows3D:vectors"))
-    length = np.linalg.norm(up)
-    np.testing.assert_allclose([back, right, up], length * np.eye(3), atol=1e-6)
-    assert recording.static("body/axes", "Arrows3D:labels") == ["back", "right", "up"]
-    _, _, arrows = recording.over_time("source/axes", "Arrows3D:vectors")
-    np.testing.assert_allclose(
-        arrows, length * np.swapaxes(take.rectified.R_source_from_body, 1, 2), atol=1e-6
-    )
-
-
-def test_axes_turn_with_the_poses_in_a_world_that_is_not_z_up(make_take, read_back):
-    take = make_take()
-    R_source_from_body = np.broadcast_to(Y_UP.basis, (12, 3, 3))
-    poses = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
-    rectified = replace(take.rectified, R_source_from_body=R_source_from_body, R_source_from_level=Y_UP.basis)
-    _, _, arrows = read_back(take.with_(poses=poses, rectified=rectified)).over_time(
-        "source/axes", "Arrows3D:vectors"
-    )
-    up = np.array(arrows)[:, 2]
-    np.testing.assert_allclose(
-        up / np.linalg.norm(up, axis=1, keepdims=True), np.tile([0, 1, 0], (12, 1)), atol=1e-6
-    )
 
 
 def test_moving_camera(taken, make_take):

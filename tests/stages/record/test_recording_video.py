@@ -224,7 +224,7 @@ def test_slow_motion_runs_with_the_poses(make_take, read_back, film):
         poses=take.poses.with_(**slow), keypoints=take.keypoints.with_(**slow), rectified=rectified
     )
     recording = read_back(take)
-    for entity, component in (("video", STAMP), ("body/joints", "Points3D:positions")):
+    for entity, component in (("video", STAMP), ("level/joints", "Points3D:positions")):
         frame, nanoseconds, _ = recording.over_time(entity, component)
         np.testing.assert_allclose(nanoseconds / 1e9, frame / 100, atol=1e-9)
 
@@ -240,7 +240,7 @@ def test_video_that_ends_with_the_poses_still_running(make_take, read_back, film
     """No row of NaN behind the poses when nothing goes on without them; one when the video does."""
     for length, ends in ((17, 16), (18, 17)):
         take = make_take().with_(video=film(time_ms=range(0, 40 * length, 40)))
-        frame, _, positions = read_back(take).over_time("body/joints", "Points3D:positions")
+        frame, _, positions = read_back(take).over_time("level/joints", "Points3D:positions")
         assert frame[-1] == ends
         assert np.isnan(positions[-1]).all() == (ends == 17)
 

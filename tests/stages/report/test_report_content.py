@@ -45,7 +45,7 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert len([tag for tag, _ in shown.tags if tag == "svg"]) >= len(titles)
     assert "60 frames, 2.0 s at 30 a second" in shown.words
     assert "geometric" in shown.words
-    assert "turned upright: CAMERA (x right, y down" in shown.words
+    assert "CAMERA (x right, y down" in shown.words
     assert "<h1>walker</h1>" in content
 
 

@@ -8,8 +8,8 @@ from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.core.notices import verdict
 from pcnet3d.pipeline.running.conclusion import conclude
 from pcnet3d.pipeline.signals.findings import findings_of
+from pcnet3d.stages.drawing.provenance import provenance
 from pcnet3d.stages.export.stage import Export, summary
-from pcnet3d.stages.record.summary import summary_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report
 from pcnet3d.stages.study.batch.page import as_page
@@ -39,7 +39,7 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         assert (word == "good") == (name == "good")
         conclude({"": take}, tmp_path)
         assert f"\nThe poses are {word}" in capsys.readouterr().out
-        assert f"the poses are {word}" in summary_markdown(take)
+        assert provenance(take)["verdict"] == f"the poses are {word}"
         page = report(take)
         assert f"The poses are {word}</dt>" in page
         said = summary(take)

@@ -32,8 +32,6 @@ def test_two_recordings_are_two_motions_and_one_recording_is_one(sides):
     assert (pair.alignment, pair.agreement) == (None, {})
     assert "two motions" in list(result(pair))[-1]
     assert "two motions" not in as_page(found)
-    cycles = as_page(found).split("<h2>Mean cycles</h2>")[1].partition("</section>")[0]
-    assert cycles.count("<figcaption>Arm raises") > 2
     later = replace(sides[0], name="later", time_s=sides[0].time_s + 3.0)
     assert one_clock(later, sides[0])
     (pair,) = compared([sides[0], later]).pairs

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
-from ..drawing.facts import listed
+from .facts import listed
 
 RELATIVE = "relative to the camera"
 
@@ -24,10 +24,12 @@ def provenance(
     lines["axes"] = str(frame or rectified.level.frame)
     lines["length_unit"] = (frame or take.need("poses").frame).unit
     if frame is None and rectified.level.root is not None:
-        lines["root"] = "the pelvis, from the camera's centre or the world's origin"
+        lines["root"] = f"the pelvis, from {'the world' if rectified.in_world else 'the camera'}'s origin"
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method
+    if take.verdict:
+        lines["verdict"] = f"the poses are {take.verdict}"
     for number, warning in enumerate(take.texts("warning"), 1):
         lines[f"warning {number}"] = warning
     for number, step in enumerate(take.history if history is None else history, 1):
