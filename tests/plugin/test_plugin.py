@@ -112,22 +112,6 @@ def test_a_run_reads_by_its_adapter_goes_through_its_stage_and_ends_with_its_wri
     np.testing.assert_allclose(paths["r_wrist"], wrist, atol=1e-6)
 
 
-def test_the_template_is_no_part_of_our_package(fresh):
-    """Nothing of it is installed with pcnet3d, whose wheel has the five folders alone."""
-    files = run(
-        fresh / "python", "-c",
-        "from importlib.metadata import files; print(*files('pcnet3d'), sep='\\n')",
-        cwd=fresh,  # not here, where an editable installation may have left what it knows
-    ).splitlines()  # fmt: skip
-    assert any(file.startswith("pcnet3d/examples/demo") for file in files)
-    assert not [file for file in files if "acme" in file or "plugin/" in file]
-
-
-@pytest.mark.parametrize(("file", "most"), [("acme.py", 40), ("cardboard.py", 60)])
-def test_the_templates_are_short(file, most):
-    assert len((TEMPLATE / "src" / "pcnet3d_acme" / file).read_text().splitlines()) <= most
-
-
 def test_its_lifter_gets_all_that_the_built_in_one_gets(fresh, tmp_path):
     """The focal length and up that the user tells."""
     walk = walker(seconds=4)

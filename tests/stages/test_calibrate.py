@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-import commands
 from commands import pcnet3d, succeeded
 from golden.detections import detected, scored
 from golden.films import film_of
@@ -45,12 +44,6 @@ def test_the_stage_gives_the_camera(video, shown):
     assert isinstance(take.camera, Camera)
     assert angle_deg(take.camera.looks[0].up, shown.up) < 2.5
     assert take.camera.focal_source in ("lines", "prior")
-
-
-def test_a_told_focal_length_stays(video):
-    take = Calibrate()(Take("street", video=video, told=Told(focal_px=1234.0)))
-    assert take.camera.focal_source == "told"
-    assert take.camera.focal_px == 1234
 
 
 @pytest.mark.parametrize(
@@ -118,17 +111,6 @@ def test_inspect_says_why_an_image_shows_no_up(tmp_path):
     said = json.loads(succeeded(pcnet3d("inspect", tmp_path / "grass.png", "--json")).stdout)
     assert (said["pitch_deg"], said["roll_deg"], said["up_error_deg"]) == (None, None, None)
     assert "line" in said["reason"]
-
-
-def test_a_cut_image_gets_one_sentence(shown, tmp_path):
-    _, content = cv2.imencode(".png", shown.image)
-    (tmp_path / "x.png").write_bytes(content.tobytes()[:40])
-    commands.refused(pcnet3d("inspect", tmp_path / "x.png"), "Expected an image")
-
-
-def test_what_is_for_poses_is_refused_for_an_image(shown, tmp_path):
-    cv2.imwrite(str(tmp_path / "one.png"), shown.image)
-    commands.refused(pcnet3d("inspect", tmp_path / "one.png", "--person", "1"), "--person")
 
 
 CALIBRATION = """

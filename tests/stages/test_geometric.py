@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -25,12 +25,6 @@ def bodies(seed: int, rows: int = 6) -> np.ndarray:
     return joints - joints[:, :1]
 
 
-def test_an_upright_person_who_faces_the_camera(facing_camera):
-    R, error_deg = load_rectifier("geometric").rotation(facing_camera[None])
-    np.testing.assert_allclose(R[0], R_FACING_THE_CAMERA, atol=0.05)
-    assert np.isnan(error_deg).all()
-
-
 @given(seeds)
 def test_rotation_of_a_turned_body_is_the_turned_rotation(seed):
     Q = Rotation.random(random_state=seed % 2**31).as_matrix()
@@ -48,24 +42,6 @@ def test_it_is_a_rotation_and_knows_no_scale(seed, scale):
     np.testing.assert_allclose(rectifier.rotation(bodies(seed) * scale)[0], R, atol=1e-9)
 
 
-@settings(max_examples=25)
-@given(seeds)
-def test_bone_lengths_are_exact_in_body_and_level(seed):
-    poses = PoseSequence(bodies(seed), H36M17, CAMERA)
-    rectified = rectify(poses, "geometric")
-    for canonical in (rectified.body, rectified.level):
-        for a, b in H36M17.bones:
-            before = np.linalg.norm(poses.joint(a) - poses.joint(b), axis=-1)
-            after = np.linalg.norm(canonical.joint(a) - canonical.joint(b), axis=-1)
-            np.testing.assert_allclose(after, before, rtol=1e-5)
-
-
-def test_twice_is_once(facing_camera):
-    body = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA), "geometric").body
-    R, _ = load_rectifier("geometric").rotation(body.joints)
-    np.testing.assert_allclose(R[0], np.eye(3), atol=1e-6)
-
-
 def test_body_of_a_turned_camera_is_the_same_body(facing_camera):
     motion = facing_camera + np.random.default_rng(0).normal(scale=0.02, size=(9, 17, 3))
     Q = Rotation.from_euler("xyz", [20, 50, -10], degrees=True).as_matrix()
@@ -73,15 +49,6 @@ def test_body_of_a_turned_camera_is_the_same_body(facing_camera):
     tilted = rectify(PoseSequence(rotate(Q, motion), H36M17, CAMERA), "geometric")
     np.testing.assert_allclose(tilted.body.joints, straight.body.joints, atol=1e-5)
     np.testing.assert_allclose(tilted.level.joints, straight.level.joints, atol=1e-4)
-
-
-def test_missing_torso_is_nan_and_said_missing_limb_is_not(facing_camera):
-    joints = np.repeat(facing_camera[None], 4, axis=0)
-    joints[1, H36M17.index("l_hip")] = np.nan
-    joints[2, H36M17.index("l_wrist")] = np.nan
-    rectified = rectify(PoseSequence(joints, H36M17, CAMERA), "geometric")
-    assert np.isnan(rectified.R_source_from_body).all(axis=(1, 2)).tolist() == [False, True, False, False]
-    assert np.isfinite(rectified.level.joint("r_wrist")).all()
 
 
 def headings_to_R(headings_deg, tilt=UPRIGHT) -> np.ndarray:

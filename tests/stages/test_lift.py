@@ -1,6 +1,5 @@
 """From 2D keypoints alone: the lift stage on the walker, whose camera and joints are known."""
 
-import json
 from dataclasses import replace
 
 import cv2
@@ -10,16 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
-from pcnet3d.pipeline import InputError, Take, load_recipe
+from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.camera import Camera, Look
 from pcnet3d.pipeline.core.intrinsics import Intrinsics, undistorted
 from pcnet3d.pipeline.core.rotations import kabsch, rotate
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.lift import Lift
 
-STATURE_M = 1.75
 IMAGE_SIZE = (640, 360)
 
 
@@ -46,26 +43,6 @@ def test_the_walker_is_recognised_from_his_keypoints(walk, take):
     assert error < 0.7 * mirrored
     R = kabsch(truth, joints)
     assert np.linalg.norm(rotate(R, joints) - truth, axis=-1).mean() < 0.1
-
-
-def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
-    recipe = load_recipe().starting_with("lift")
-    options = RunOptions(video=files.video, keypoints=files.keypoints, stature=STATURE_M)
-    lifted = run_files(options, tmp_path / "out", recipe)
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["rectification"]["level_ok"]
-    assert [step["name"] for step in summary["history"]][-7:] == [
-        "lift",
-        "clean",
-        "place",
-        "rectify",
-        "scale",
-        "low-pass filter",
-        "smoother",
-    ]
-    assert lifted.poses is not None
-    thigh = np.linalg.norm(lifted.poses.joint("r_knee") - lifted.poses.joint("r_hip"), axis=-1)
-    assert 0.3 < np.nanmedian(thigh) < 0.55
 
 
 def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
@@ -129,11 +106,6 @@ def test_most_keypoints_outside_the_filmed_picture_are_refused_with_a_lens_too(t
     beyond = take.keypoints.with_(joints=take.keypoints.joints + np.array([700, 0]))
     with pytest.raises(InputError, match=r"got 640x360, outside|missing"):
         Lift()(take.with_(video=None, camera=camera, keypoints=beyond).telling(image_size=IMAGE_SIZE))
-
-
-def test_a_known_focal_length_is_not_called_unknown(take):
-    assert any(event.code == "focal-guessed" for event in Lift()(take).notices)
-    assert not any(event.code == "focal-guessed" for event in Lift()(take.telling(focal_px=500)).notices)
 
 
 def test_frames_without_keypoints_for_two_seconds_are_missing_and_counted(take):

@@ -24,14 +24,12 @@ from pcnet3d.pipeline.core.anthropometry import floor_height
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale, scale
-from refusals import refused
 
 AFTER = Pipeline(GEOMETRIC)  # which use the path
 
@@ -217,27 +215,6 @@ def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
     assert np.isnan(clean(broken)[0].path.covariance[40:42]).all()
 
 
-def test_a_path_has_a_row_a_frame(take):
-    rows = len(take.poses)
-    for path in (
-        RootPath(np.zeros((rows - 1, 3))),
-        RootPath(np.zeros((rows, 3)), np.zeros((rows, 3, 2))),
-        RootPath(np.full((rows, 3), np.inf)),
-    ):
-        with refused("wrong-content"):
-            take.poses.with_(path=path)
-
-
 def test_the_floor_of_a_walk_lies_below_the_camera(through, camera):
     # The up of the geometric rectifier is off by about 3 degrees here, which is 0.3 m at the person's 5.5.
     assert floor_height(through.filtered) == pytest.approx(-camera.position[2], abs=0.4)
-
-
-def test_of_poses_that_nobody_has_judged_speed_has_no_error(take):
-    other = take.with_(poses=take.poses.with_(made_by=MadeBy("estimated", "X")))
-    done = AFTER(Place()(other))
-    found = nested(done.measures)
-    assert found["walking"]["walking_speed"] > 0
-    assert "walking_speed_error" not in found["walking"]
-    said = {each.code: each.text for each in done.notices}
-    assert "were not measured" in said["placed"]

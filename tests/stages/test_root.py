@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import aimed
-from pcnet3d.pipeline import BODY, CAMERA, H36M17, LEVEL, Y_UP, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17, remap
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.stages.clean import clean
-from pcnet3d.stages.scale import scale
 
 PELVIS = H36M17.index("pelvis")
 
@@ -34,14 +32,6 @@ def test_taking_the_pelvis_off_keeps_its_place_in_the_new_axes_and_unit(walk, ca
     np.testing.assert_allclose(found.joint("pelvis"), 0)
     back = change_frame(found, CAMERA)
     np.testing.assert_allclose(back.joints + back.root[:, None], camera.points(walk.world), atol=1e-5)
-
-
-def test_a_rotation_turns_it_and_one_of_each_frame_leaves_none(walk):
-    R = Rotation.random(random_state=0).as_matrix()
-    np.testing.assert_allclose(change_frame(walk.poses, CAMERA, R).root, walk.root @ R.T, atol=1e-6)
-    every = np.tile(R, (len(walk), 1, 1))
-    assert change_frame(walk.poses, BODY, every).root is None
-    assert change_frame(walk.poses, LEVEL, R).root is not None
 
 
 @pytest.mark.parametrize("what", ["still", "at the origin", "no scale", "another origin", "behind"])
@@ -83,25 +73,12 @@ def test_a_file_of_places_gives_the_root_in_metres(walk, camera, tmp_path, unit,
     np.testing.assert_allclose(found.joints, points - points[:, [PELVIS]], atol=1e-5)
 
 
-def test_a_lifters_file_gives_none(walk, camera, tmp_path):
-    points = camera.points(walk.world)
-    np.save(tmp_path / "lifted.npy", (points - points[:, [PELVIS]] + 1e-3).astype(np.float32))
-    assert read(tmp_path / "lifted.npy", "videopose3d", fps=30).root is None
-
-
 def test_remapping_keeps_it_and_a_mirror_mirrors_it(walk, camera):
     seen = change_frame(in_camera(walk, camera), CAMERA)
     mirrored = repaired(seen, "mirror")
     np.testing.assert_array_equal(mirrored.root, seen.root * [-1, 1, 1])
     named = seen.with_(joints=seen.joints[:, : len(COCO17)], layout=COCO17)  # any names
     np.testing.assert_array_equal(remap(named, H36M17).root, seen.root)
-
-
-def test_a_stature_scales_the_way_too(walk, camera):
-    seen = change_frame(in_camera(walk, camera), CAMERA)
-    doubled = scale(seen, 1.75)[0]
-    factor = doubled.history[-1].options["factor"]
-    np.testing.assert_allclose(doubled.root, factor * seen.root)
 
 
 def test_cleaning_fills_short_gaps_of_the_way_and_takes_spikes_out(walk, camera):

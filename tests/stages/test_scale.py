@@ -29,15 +29,6 @@ def test_a_body_of_known_stature_gets_its_metres_back():
     np.testing.assert_allclose(scaled.joints, truth, rtol=1e-5)
 
 
-def test_frames_without_limbs_do_not_count():
-    truth = np.repeat(adult(1.8)[None], 5, axis=0)
-    joints = truth * 2
-    joints[:3, H36M17.index("l_knee")] = np.nan
-    np.testing.assert_allclose(
-        scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8)[0].joints[3], truth[3], rtol=1e-5
-    )
-
-
 def test_poses_that_were_turned_upright_before_are_scaled_with_them(facing_camera):
     poses = PoseSequence(np.repeat(facing_camera[None], 5, axis=0), H36M17, ARBITRARY)
     before = Rectify("geometric")(Take("t", poses=poses, told=Told(stature_m=1.8)))

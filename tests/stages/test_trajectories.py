@@ -4,39 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
-from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
+from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.signals.filters import derivative
 from pcnet3d.pipeline.signals.norms import FINE, MISSING, UNCERTAIN
 from pcnet3d.stages import rectify
 from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory, unit_of
 
 JUDGED = MadeBy("estimated", shipped_noise().lifter)
-
-
-@given(st.floats(-5, 5), st.floats(-5, 5), st.lists(st.floats(0.05, 0.1), min_size=3, max_size=9))
-def test_a_parabola_is_exact_at_any_spacing(speed, accel, steps):
-    time_s = np.cumsum(steps)
-    path = (speed * time_s + accel * time_s**2 / 2)[:, None]
-    np.testing.assert_allclose(derivative(path, time_s)[:, 0], speed + accel * time_s, atol=1e-9)
-    np.testing.assert_allclose(derivative(path, time_s, order=2)[:, 0], accel, atol=1e-7)
-
-
-def test_no_derivative_reaches_across_a_gap_or_a_clip_boundary():
-    time_s = np.arange(12.0)
-    path = np.arange(12.0)[:, None].copy()
-    path[6:] += 100  # a step at the clip boundary
-    path[3] = np.nan
-    speed = derivative(path, time_s, seams=(6,))[:, 0]
-    np.testing.assert_allclose(speed[:3], 1)
-    assert np.isnan(speed[3:6]).all()  # the gap itself, and a run of two rows before the clip boundary
-    np.testing.assert_allclose(speed[6:], 1)
 
 
 def test_no_velocity_across_dropped_frames():
@@ -45,43 +22,6 @@ def test_no_velocity_across_dropped_frames():
     index = np.r_[0:6, 40:46]
     poses = PoseSequence(joints, H36M17, LEVEL, time_s=index / 30, frame_index=index)
     np.testing.assert_allclose(trajectory(poses, "r_wrist")["r_wrist_speed"], 0, atol=1e-9)
-
-
-@pytest.mark.parametrize("unit", ["m", "arbitrary"])
-def test_names_are_the_same_in_every_unit(unit):
-    poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL.with_(unit=unit), time_s=np.arange(4) / 30)
-    columns = trajectory(poses, "r_wrist")
-    norms = ("distance", "speed", "acceleration")
-    assert list(columns) == [
-        f"r_wrist_{name}"
-        for prefix, norm in zip(("", "v", "a"), norms, strict=True)
-        for name in (*(prefix + axis for axis in "xyz"), norm)
-    ]
-    assert all(column.shape == (4,) for column in columns.values())
-    units = {name: unit_of(f"r_wrist_{name}", unit) for name in ("x", "vy", "az", *norms)}
-    assert list(units.values()) == [unit, f"{unit}/s", f"{unit}/s2", unit, f"{unit}/s", f"{unit}/s2"]
-
-
-@pytest.mark.parametrize(
-    ("column", "unit"),
-    [
-        ("time_s", "s"),
-        ("r_knee_flexion_deg", "deg"),
-        ("r_knee_flexion_sd_deg", "deg"),
-        ("r_knee_flexion_degps", "deg/s"),
-        ("r_knee_flexion_sd_degps", "deg/s"),
-        ("frame", ""),
-        ("x_reason", ""),
-    ],
-)
-def test_units_of_other_columns_are_in_their_names(column, unit):
-    assert unit_of(column, "m") == unit
-
-
-def test_an_unknown_joint_is_refused():
-    poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL, time_s=np.arange(4) / 30)
-    with pytest.raises(InputError, match="r_wrist"):
-        trajectory(poses, "r_hand")
 
 
 def test_what_a_panning_camera_leaves_of_a_path():
@@ -102,22 +42,6 @@ def test_what_a_panning_camera_leaves_of_a_path():
     np.testing.assert_allclose(panning["r_wrist_distance"], still["r_wrist_distance"], atol=1e-6)
     false_mps = np.hypot(panning["r_wrist_vx"], panning["r_wrist_vy"])
     np.testing.assert_allclose(false_mps, 0.26, atol=0.005)
-
-
-@given(st.integers(0, 2**31 - 1))
-def test_no_rotation_changes_a_norm(seed):
-    """So a static camera's speeds and accelerations hold however wrong its up."""
-    rng = np.random.default_rng(seed)
-    joints, time_s = rng.normal(size=(20, 17, 3)), np.arange(20) / 30
-    Q = Rotation.random(random_state=seed).as_matrix()
-    straight, turned = (
-        trajectory(PoseSequence(x, H36M17, LEVEL, time_s=time_s), "l_ankle")
-        for x in (joints, rotate(Q, joints))
-    )
-    for signal, x in (("distance", "x"), ("speed", "vx"), ("acceleration", "ax")):
-        np.testing.assert_allclose(turned[f"l_ankle_{signal}"], straight[f"l_ankle_{signal}"], rtol=1e-4)
-        axes = [straight[f"l_ankle_{x.replace('x', axis)}"] for axis in "xyz"]
-        np.testing.assert_allclose(straight[f"l_ankle_{signal}"], np.linalg.norm(axes, axis=0), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("camera", "notes"), [("static", 0), ("moving", 1)])
@@ -205,12 +129,6 @@ def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera
     assert np.isfinite(take.kinematics["r_wrist_x"]).all()
     with pytest.raises(InputError, match="Nyquist"):
         stage(facing_camera, 40, 10, cutoff_hz=6.0)
-
-
-def test_a_notebook_is_told_too_that_nothing_was_filtered(facing_camera):
-    level = PoseSequence(np.tile(facing_camera, (40, 1, 1)), H36M17, LEVEL, time_s=np.arange(40) / 10)
-    assert smooth(level)[0].history[-1].options["unfiltered"]
-    assert "unfiltered" not in smooth(level, filter="none")[0].history[-1].options
 
 
 def test_nothing_is_taken_across_a_refused_frame(facing_camera):
@@ -316,13 +234,6 @@ def test_a_gap_is_bridged_as_far_as_the_error_lets_it(facing_camera):
     assert (long["r_wrist_acceleration_reason"][50:56] == MISSING).all()
     assert np.isnan(long["r_wrist_ax"][50:56]).all()
     assert np.isfinite(long["l_wrist_x"]).all()
-
-
-@pytest.mark.parametrize(("rows", "fps"), [(5, 30), (40, 10), (240, 240)])
-def test_short_slow_and_fast_takes_have_paths(facing_camera, rows, fps):
-    take = stage(facing_camera, rows, fps)
-    for column in ("r_wrist_x", "r_wrist_vx", "r_wrist_ax"):
-        assert np.isfinite(take.kinematics[column]).all()
 
 
 def test_what_a_lifter_states_that_nobody_has_judged_is_no_error_of_its_paths(facing_camera):

@@ -126,17 +126,6 @@ def rectification(folder) -> dict:
     return json.loads((folder / "summary.json").read_text())["rectification"]
 
 
-def test_summary_of_a_static_camera_has_one_figure_of_its_up(take, folder):
-    found = rectification(folder)
-    assert found["camera"] == "static"
-    assert found["up_error_deg"] == pytest.approx(take.rectified.up_error_deg[0])
-    assert found["up_bound_deg"] == pytest.approx(take.rectified.up_bound_deg[0])
-    assert sum(found["up_shares"].values()) == pytest.approx(1)
-    assert found["vote_deviation_deg_mean"] < 1
-    table = pq.read_table(folder / "kinematics.parquet")
-    assert b"horizontal" not in table.schema.metadata
-
-
 def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
     take = Rectify("geometric")(take.telling(camera="moving"))
     Export(tmp_path / "out")(take)
@@ -162,14 +151,6 @@ def test_up_that_nobody_was_there_to_show_is_in_no_figure_of_a_moving_camera(tak
     assert rectification(tmp_path / "out")["up_bound_deg_max"] == pytest.approx(most)
     assert facts_of(take).up_bound_deg[1] == pytest.approx(most)
     assert f"within {bound_in_words(most)} degrees" in trust(take)[1]
-
-
-def test_what_the_user_said_of_the_camera_is_in_the_history_and_the_shares(take, tmp_path):
-    Export(tmp_path / "out")(Rectify("geometric")(take.telling(pitch_deg=2.0, roll_deg=0.0)))
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    said = {step["name"]: step["options"] for step in summary["history"]}
-    assert said["rectify"]["pitch_deg"] == 2
-    assert summary["rectification"]["up_shares"]["camera pitch and roll"] > 0.5
 
 
 def test_no_figure_of_up_is_null_not_nan(take, tmp_path):

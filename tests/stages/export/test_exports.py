@@ -4,7 +4,6 @@ import csv
 import json
 import os
 import re
-from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -201,14 +200,6 @@ def test_what_a_file_says_of_its_axes_is_what_it_holds(walks, tmp_path):
     np.testing.assert_allclose(pelvis, root @ (axes.basis @ LEVEL.basis.T).T, atol=1e-5)
 
 
-def test_a_moving_camera_is_told_in_every_row(take, tmp_path):
-    moving = take.with_(rectified=replace(Rectify("geometric")(take.telling(camera="moving")).rectified))
-    rows = list(
-        csv.DictReader((exported(moving, tmp_path, "csv") / "kinematics.csv").read_text().splitlines())
-    )
-    assert {row["horizontal"] for row in rows} == {"relative to the camera"}
-
-
 def test_opensim_opens_trc_and_mot(take, tmp_path):
     opensim = pytest.importorskip("opensim", reason="OpenSim is not installed")
     folder = exported(take, tmp_path, "trc", "mot")
@@ -251,13 +242,6 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
         xarray.testing.assert_equal(data.drop_attrs(), in_memory.drop_attrs())
 
 
-def test_pandas_gets_what_the_table_has(take, tmp_path):
-    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
-    Export(tmp_path)(take)
-    written = pandas.read_parquet(tmp_path / "kinematics.parquet")
-    pandas.testing.assert_frame_equal(take.to_pandas(), written, check_dtype=False)
-
-
 @pytest.mark.parametrize("writer", ["csv", "c3d", "netcdf", "bvh", "glb"])
 def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
     """Linux and others know names that are bytes of any kind: an old archive's M\xfcller."""
@@ -286,8 +270,3 @@ def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
     assert summary["history"][-2]["options"]["cutoff_hz"] == 6.0
     paths = ["r_wrist", "l_wrist", "r_ankle", "l_ankle"]
     assert summary["history"][-1]["options"] == {"columns_of": paths, "joint_errors": "estimated"}
-
-
-def test_nothing_but_what_was_asked_for_is_written(take, tmp_path):
-    names = {path.name for path in exported(take, tmp_path, "trc", "netcdf").iterdir()}
-    assert names == {"poses.npz", "kinematics.parquet", "summary.json", "markers.trc", "poses.nc"}

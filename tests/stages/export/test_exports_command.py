@@ -11,16 +11,13 @@ import numpy as np
 import pytest
 
 from commands import pcnet3d, recipe_of, refused
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, Told
+from pcnet3d.pipeline import InputError, Pipeline, Told
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.place import Place
-from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale
-from pcnet3d.stages.trajectories import Trajectories
 
 
 @pytest.fixture
@@ -98,24 +95,3 @@ def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(
     given = ("poses", "keypoints", "rectified", "kinematics")
     with pytest.raises(InputError, match=r"--also trc.*--stature") if refused else nullcontext():
         Pipeline(stages).check_given(given, unit, Told(stature_m=stature_m))
-
-
-def test_what_every_take_has_is_given():
-    @dataclass(frozen=True)
-    class Labels(Measuring):
-        needs: ClassVar[tuple[str, ...]] = ("keypoints", "session", "notices", "name")
-
-    Pipeline((Labels(),)).check_given(("keypoints",))
-
-
-def test_writers_of_metres_say_so():
-    told = [name for name, one in registry.load_all("writers").items() if getattr(one, "metric", False)]
-    assert sorted(told) == ["c3d", "trc"]
-
-
-def test_a_take_says_its_own_unit(facing_camera, tmp_path):
-    poses = PoseSequence(facing_camera[None], H36M17, CAMERA.with_(unit="arbitrary"))
-    pipeline = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Export(tmp_path, also=("trc",))))
-    with pytest.raises(InputError, match="--stature"):
-        pipeline.check(Take("t", poses=poses))
-    pipeline.check(Take("t", poses=poses.with_(frame=CAMERA)))

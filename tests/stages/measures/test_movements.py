@@ -146,10 +146,6 @@ def test_means_are_of_the_repetitions_that_were_seen_whole():
     assert found["mean_rise_deg"] == pytest.approx(90, abs=1)
 
 
-def test_what_was_not_found_has_no_count():
-    assert figures(bends(0 * TIMES)) == {"observable_percent": 100.0}
-
-
 @pytest.mark.parametrize(
     ("depth_deg", "sd_deg", "squats", "at_least"),
     [(64, 2.0, 0, False), (64, 8.0, 0, True), (76, 2.0, 1, False), (76, 8.0, 0, True), (55, 8.0, 0, False)],

@@ -84,16 +84,6 @@ def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
     assert found["range_of_motion"] == expected["range_of_motion"]
 
 
-def test_strides_carry_curves_with_their_spread(walk, take):
-    walking = nested(take.measures)["walking"]
-    for side, words in (("r", "right"), ("l", "left")):
-        curve = walking["cycles"][f"{side}_knee_flexion"]
-        assert curve["count"] == walking[words]["strides"] >= 2
-        assert np.max(curve["mean_deg"]) == pytest.approx(60, abs=1.5)
-        assert "sd_deg" not in curve  # of fewer than six strides
-        assert walking[words]["sd_withheld"] == "few-values"
-
-
 def lacking(walk, first, lost_s, numbered, rows=None):
     """The first rows of a walk before a camera, without images from row `first` on for so long. numbered: whether frame
     numbers tell of them."""
@@ -128,12 +118,6 @@ def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
     assert (told.weight, told.about) == ("warning", "view")
     assert "from 1.13 to 2.17 s" in told.text
     assert told.warns
-
-
-def test_a_take_that_is_not_levelled_has_no_steps(take):
-    lying = replace(take.rectified, level_ok=False, level_reason="the person lies")
-    walking = nested(STAGES[3](take.with_(rectified=lying)).measures)["walking"]
-    assert walking == {"observable_percent": 0.0}
 
 
 @pytest.mark.parametrize(("sd_deg", "count"), [(3.0, 1), (12.0, 0)])

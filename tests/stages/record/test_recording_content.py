@@ -47,24 +47,6 @@ def test_bones_join_the_joints_they_name(taken):
         same(strips, np.moveaxis(expected, 2, 0))
 
 
-def test_left_and_right_have_their_own_colours(taken):
-    take, recording = taken()
-    by_side = {}
-    for entity, archetype, layout in (
-        ("level", "3D", take.poses.layout),
-        ("video/keypoints", "2D", take.keypoints.layout),
-    ):
-        joints = recording.static(f"{entity}/joints", f"Points{archetype}:colors")
-        bones = recording.static(f"{entity}/bones", f"LineStrips{archetype}:colors")
-        for name, colour in zip(layout.joints, joints, strict=True):
-            by_side.setdefault(name[:2] if name[:2] in ("l_", "r_") else "", set()).add(colour)
-        for bone, colour in zip(layout.bones, bones, strict=True):
-            sides = {end[:2] for end in bone} & {"l_", "r_"}
-            by_side.setdefault(sides.pop() if len(sides) == 1 else "", set()).add(colour)
-    assert all(len(colours) == 1 for colours in by_side.values())
-    assert len(set.union(*by_side.values())) == 3
-
-
 def test_missing_joints_stay_missing(taken, make_take):
     take = make_take()
     joints = take.poses.joints.copy()
@@ -190,14 +172,6 @@ def test_stage(make_take, tmp_path):
     assert [file.name for file in stage.folder.iterdir()] == ["take.rrd"]
     with pytest.raises(InputError, match="rectified"):
         Pipeline((stage,))(take.with_(rectified=None))
-
-
-def test_nothing_is_left_when_it_fails(make_take, tmp_path):
-    take = make_take()
-    for broken in (take.with_(poses=None), take.with_(poses=take.poses.with_(time_s=None))):
-        with pytest.raises(InputError):
-            record(broken, tmp_path / "take.rrd")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):

@@ -53,11 +53,6 @@ def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, frame)
     assert "looks down by 20 ± 5 degrees (pitch)" in facts_of(take).camera_words
 
 
-def test_without_votes_there_is_nothing_of_them(recorded):
-    recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), source=Z_UP, camera=None)
-    assert "rotation/up" not in recording.entities
-
-
 def words(take: Take) -> str:
     facts = facts_of(take)
     return " ".join([facts.camera_words, facts.up_words, facts.rests_words])
@@ -108,11 +103,3 @@ def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
     _, recording = taken(rectified=replace(make_take().rectified, error_deg=error))
     _, _, values = recording.over_time("rotation/error", "Scalars:scalars")
     np.testing.assert_array_equal(np.ravel(values), error)
-
-
-def test_moving_camera(taken, make_take):
-    take = make_take()
-    each = np.broadcast_to(take.rectified.R_source_from_level, (12, 3, 3))
-    _, recording = taken(rectified=replace(take.rectified, R_source_from_level=each))
-    values = np.ravel(recording.over_time("rotation/up", "Scalars:scalars")[2])
-    np.testing.assert_allclose(values, np.linspace(0, 30, 12), atol=1e-6)

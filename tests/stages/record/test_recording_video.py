@@ -125,12 +125,6 @@ def test_parts_keep_uneven_time_stamps(film, monkeypatch):
         np.testing.assert_allclose(stamps - stamps[0], of_part - of_part[0], atol=2e-6)
 
 
-def test_other_container_of_a_playable_codec_is_rewritten_not_transcoded(film):
-    video = film(name="film.mkv")
-    (part,) = viewable(video)
-    assert packets_of(mp4(part)) == packets_of(video.path)
-
-
 def test_key_frames_that_earlier_frames_need_end_no_part(film, monkeypatch):
     """An open group's first images come before its key frame and are built on the group before."""
     monkeypatch.setattr("pcnet3d.stages.drawing.rerun_video.PART_BYTES", 1)
@@ -142,19 +136,6 @@ def test_key_frames_that_earlier_frames_need_end_no_part(film, monkeypatch):
     parts = [*viewable(video)]
     assert packets_of(mp4(parts[0])) != packets_of(mp4(own))  # a copy
     assert sum(len(part.stamps_ns) for part in parts) == 40
-
-
-def test_copy_of_a_long_video_comes_in_parts_too(film, monkeypatch):
-    monkeypatch.setattr("pcnet3d.stages.drawing.rerun_video.PART_BYTES", 100)
-    video = film("mpeg4", time_ms=UNEVEN_MS)
-    parts = list(transcoded(video))
-    assert len(parts) > 1
-    stamps = np.concatenate([part.stamps_ns for part in parts])
-    first = np.cumsum([0, *(len(part.stamps_ns) for part in parts[:-1])])
-    since = np.repeat(video.time_s[first], [len(part.stamps_ns) for part in parts])
-    np.testing.assert_allclose(stamps / 1e9, video.time_s - since, atol=2e-5)
-    shown = np.concatenate([frames_of(mp4(part))[1] for part in parts])
-    np.testing.assert_allclose(spot(shown), spot(frames_of(video.path)[1]), atol=0.3)
 
 
 def test_copy_keeps_uneven_time_stamps_and_names_its_rate(film):
@@ -170,14 +151,6 @@ def test_copy_keeps_uneven_time_stamps_and_names_its_rate(film):
         assert stream.codec_context.codec.canonical_name == "h264"
         assert not stream.codec_context.has_b_frames
         assert float(stream.codec_context.framerate) == pytest.approx(video.fps, rel=0.01)
-
-
-def test_odd_sizes_lose_their_last_row_and_column_only(film):
-    video = film("ffv1", "film.avi", size=(65, 49))
-    (copy,) = transcoded(video)
-    _, images = frames_of(mp4(copy))
-    assert images.shape[1:] == (48, 64)
-    np.testing.assert_allclose(spot(images[:7]), spot(frames_of(video.path)[1][:7]), atol=0.3)
 
 
 @pytest.mark.parametrize("clockwise", [90, 180, 270])

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from golden.html import Page
 from pcnet3d.stages.drawing.charts import SLICES, Curve, over_time, ranges, sides
 from pcnet3d.stages.drawing.page import Link, table
 
@@ -46,15 +45,6 @@ def test_the_row_that_is_read_off_a_long_curve_holds_what_is_asked_for(rows):
         wanted = first + share * (last - first)
         nearest = np.abs(at - wanted[:, None]).argmin(axis=1)
         np.testing.assert_array_equal(nearest, np.arange(len(at)))
-
-
-def test_the_table_of_a_long_curve_tells_the_middle_of_each_range():
-    x = np.arange(18_000) / 30.0
-    drawn = over_time([Curve("milliseconds", 1000 * x)], x, "time over time")
-    rows = re.findall(r"<tr><td>([\d.]+)<td>(\d+) to (\d+)", drawn)
-    assert len(rows) == SLICES
-    at, low, high = np.array(rows, dtype=float).T
-    np.testing.assert_allclose(at, (low + high) / 2000, atol=0.051)  # to a decimal of a second
 
 
 @pytest.mark.parametrize(
@@ -127,14 +117,3 @@ def test_the_values_of_a_chart_are_in_its_table():
     assert len(rows) == 40
     assert rows[5] == ("0.50", "7.7 ± 5.0", "12.3")
     assert rows[6][2] == "–"
-
-
-def test_names_in_a_chart_are_escaped():
-    drawn = over_time(
-        [Curve("<b>", np.arange(3.0)), Curve('"', np.arange(3.0))], np.arange(3.0), '<i>"', "<u>", "<s>"
-    )
-    assert {tag for tag, _ in Page(str(drawn)).tags} <= {
-        "div", "p", "span", "i", "output", "svg", "g", "path", "text", "details", "summary", "table", "thead", "tbody",
-        "tr", "th", "td",
-    }  # fmt: skip
-    assert "<b>" in Page(str(drawn)).words

@@ -54,18 +54,6 @@ def test_without_a_place_the_lower_foot_stands(walk_take):
     assert feet.min() > -0.01
 
 
-def test_a_long_take_has_fewer_frames(walk_take):
-    level = walk_take.filtered
-    rows = np.arange(10_000) % len(level)
-    long = level.with_(
-        joints=level.joints[rows], confidence=level.confidence[rows], time_s=np.arange(10_000) / 30,
-        frame_index=np.arange(10_000), path=None, covariance=None, seams=(),
-    )  # fmt: skip
-    markup = str(skeleton_player(walk_take.with_(filtered=long)))
-    assert len(held_of(markup)["times"]) == 2500
-    assert len(markup) < 500_000
-
-
 def test_the_film_has_pictures_of_the_frames_at_their_times(walk_take, film):
     shown = held_of(skeleton_player(walk_take.with_(video=film())))["film"]
     assert len(shown["times"]) == len(shown["pictures"]) == len(walk_take.poses)

@@ -2,13 +2,11 @@
 
 import base64
 
-import numpy as np
 import pytest
 from markupsafe import Markup
 
 from pcnet3d.pipeline.core.notices import own_notice
-from pcnet3d.stages.drawing.charts import Curve, over_time
-from pcnet3d.stages.drawing.page import charts, figure, page
+from pcnet3d.stages.drawing.page import page
 from pcnet3d.stages.report.stage import report
 
 
@@ -46,14 +44,6 @@ def test_the_first_screen_has_the_answer_the_film_beside_the_skeleton_and_the_ve
     assert skeleton[0] < gauge[0] < part[0]
     assert gauge[0] < 900
     assert browser.value("document.querySelectorAll('.part[open]').length") == 0
-
-
-def test_a_link_to_a_folded_part_opens_it(content, opened):
-    browser = opened(content)
-    browser.value("document.querySelector('nav a').click()")
-    assert browser.value(
-        "new Promise(done => setTimeout(() => done(document.querySelector('.part').open), 50))"
-    )
 
 
 @pytest.mark.parametrize("width", [1280, 390, 320])
@@ -159,18 +149,6 @@ def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(unfolded):
     browser.value("document.activeElement.blur()")
     assert browser.value(at) == ""
     assert browser.complaints == []
-
-
-def test_arrow_keys_pass_every_frame_of_a_fast_camera(opened):
-    x = np.arange(720) / 240
-    drawn = figure([over_time([Curve("a", np.sin(x))], x, "a over time")], "a")
-    browser = opened(page("fast", Markup(""), [("a", charts([drawn]))]))
-    browser.value("document.querySelector('.chart svg').focus()")
-    said = []
-    for _ in range(6):
-        browser.press("ArrowRight")
-        said.append(browser.value("document.querySelector('.at').textContent"))
-    assert [float(words.split()[0]) for words in said] == pytest.approx(x[:6], abs=0.0005)
 
 
 def test_it_is_dark_where_that_is_asked_for_but_not_on_paper(content, opened):

@@ -7,7 +7,6 @@ import pytest
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
@@ -40,8 +39,3 @@ def test_title_person_and_date_stand_in_report_and_summary(sources, tmp_path):
     assert "data:image/jpeg" in page
     run_files(sources, tmp_path / "bare", recipe())
     assert {path.name for path in (tmp_path / "bare").iterdir()} == {"report.html", "summary.json"}
-
-
-def test_the_folder_is_the_runs_own(sources, tmp_path):
-    with pytest.raises(InputError, match="-o DIR"):
-        run_files(sources, tmp_path / "out", recipe(folder=str(tmp_path)))

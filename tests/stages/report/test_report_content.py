@@ -1,16 +1,13 @@
 """What the report says and shows, without a browser."""
 
 import re
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from golden.html import Page
-from golden.measures import rows_of
 from golden.walks import GEOMETRIC, measured
-from laps import lap_s
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.core.figures import label_of
@@ -18,7 +15,6 @@ from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT
-from pcnet3d.stages.drawing.page import answer, page
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
@@ -49,26 +45,12 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert "<h1>walker</h1>" in content
 
 
-def test_the_ranges_stand_before_what_is_long(walk_take):
-    """What goes into a file is on the first sheets."""
-    ranges = {"r_knee_flexion": {"p05_deg": 2.0, "p95_deg": 60.0, "p05_p95_deg": 58.0}}
-    take = walk_take.with_(measures=rows_of({"range_of_motion": ranges, "knee_bends": {"count": 1}}))
-    content = report(take)
-    assert re.findall(r"<h2>(.*?)</h2>", content)[:3] == ["Key frames", "Ranges of motion", "What happened"]
-
-
 def test_it_stands_alone(content):
     assert "url(" not in content
     (policy,) = [a["content"] for tag, a in Page(content).tags if tag == "meta" and a.get("http-equiv")]
     assert "default-src 'none'" in policy
     assert "script-src 'sha256-" in policy
     assert "http" not in policy
-
-
-def test_a_page_without_charts_runs_nothing():
-    bare = page("quiet", answer(["nothing moves"]), [])
-    assert "<script" not in bare
-    assert "script-src" not in bare
 
 
 def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
@@ -164,45 +146,6 @@ def test_the_angle_table_counts_and_gives_reasons():
     assert cells[5:] == ["right knee flexion", "80 %", "45", "4", "1: 2"]
     assert "1: a joint is missing" in angle_table(columns)
     assert angle_table({}) == ""
-
-
-def test_ten_minutes_are_quick_and_small(walk_take, film):
-    """18,000 frames: under 10 s of work and under 10 MB."""
-    times = 300
-
-    def tiled(poses):
-        rows = np.arange(times * len(poses))
-        return PoseSequence(
-            np.tile(poses.joints, (times, 1, 1)),
-            poses.layout,
-            poses.frame,
-            time_s=rows / 30,
-            frame_index=rows,
-        )
-
-    rectified, noise = walk_take.rectified, np.random.default_rng(0)
-    arrays = ("R_source_from_body", "error_deg", "up_error_deg", "up_bound_deg", "up_votes")
-    take = walk_take.with_(
-        poses=tiled(walk_take.poses),
-        keypoints=tiled(walk_take.keypoints),
-        filtered=None,
-        rectified=replace(
-            rectified,
-            level=tiled(rectified.level),
-            **{name: np.concatenate([getattr(rectified, name)] * times) for name in arrays},
-        ),
-        kinematics={
-            name: np.tile(column, times)
-            + (noise.normal(0, 2, times * len(column)) if column.dtype.kind == "f" else 0)
-            for name, column in walk_take.kinematics.items()
-        },
-    )
-    assert len(take.poses) == 18_000
-    start = time.process_time()
-    said = report(take)
-    assert time.process_time() - start < 200 * lap_s()
-    assert len(said.encode()) < 10e6
-    assert "to its highest value" in said  # that curves are thinned is said
 
 
 def test_the_stage_changes_nothing_and_links_the_files_beside_the_page(walk_take, content, tmp_path):

@@ -35,10 +35,6 @@ def test_the_decoded_images_are_those_of_the_frames(film, wanted):
         assert square(image) == pytest.approx(10 * number % 624, abs=2)
 
 
-def test_frames_that_the_video_does_not_have_are_left_out(film):
-    assert list(images_at(film(frames=20), [5, 20, 400])) == [5]
-
-
 @pytest.mark.parametrize("turn", [0, 90, 180, 270])
 def test_images_are_turned_upright(film, turn):
     video = film(frames=4)
@@ -71,17 +67,6 @@ def test_damage_is_where_the_last_image_came_from_whichever_is_wanted(film):
         images_at(video, [3, 55])
     assert str(wanted.value) == str(through.value)
     assert 20 <= int(re.search(r"frame (\d+)", str(wanted.value))[1]) < 40
-
-
-def test_all_images_from_a_frame_on(film):
-    video = film(frames=30)
-    for first in (0, 13, 29):
-        shown = dict(images_from(video, first))
-        assert list(shown) == list(range(first, 30))
-        for number, image in shown.items():
-            assert square(image) == pytest.approx(10 * number % 624, abs=2)
-    assert list(images_from(video, 30)) == []
-    assert [number for number, _ in images_from(video, 13, 17)] == list(range(13, 18))
 
 
 def test_images_decoded_ahead_are_the_same(film):

@@ -122,10 +122,6 @@ def test_what_has_no_error_beside_what_has_one_says_so():
     )  # fmt: skip
 
 
-def test_no_measures():
-    assert happened(Measures(), True) == ranges(Measures(), None) == ""
-
-
 def test_only_what_happened_is_shown_and_nothing_is_denied():
     walked = {
         "knee_bends": {"observable_percent": 80.0},

@@ -104,17 +104,6 @@ def test_nothing_that_came_from_a_file_runs_or_loads(content, opened):
     assert EVIL in column(browser, "Failed takes", 4)
 
 
-def test_links_lead_to_the_reports_of_the_takes(content, opened):
-    browser = opened(content)
-    links = browser.value(
-        "[...document.querySelectorAll('tbody a')].map(a => [a.textContent, "
-        "decodeURIComponent(a.getAttribute('href')), new URL(a.href).hash, new URL(a.href).search])"
-    )
-    assert [EVIL, f"takes/{EVIL} #?/report.html", "", ""] in links
-    assert ["s3_after", "takes/s3_after/report.html", "", ""] in links
-    assert "lost" not in [words for words, *_ in links]
-
-
 @pytest.mark.parametrize("width", [1280, 320])
 def test_it_fits(content, opened, width):
     browser = opened(content, width)
@@ -123,17 +112,6 @@ def test_it_fits(content, opened, width):
         "[...document.querySelectorAll('p,td,th,small')].map(e => parseFloat(getComputedStyle(e).fontSize))"
     )
     assert browser.value(f"Math.min(...{sizes})") >= 13
-
-
-def test_the_conclusion_tells_what_is_done():
-    rows = study()
-    head = as_page("study", rows).split("<nav>")[0]
-    assert "24 takes of 25 done; 2 of them with doubts." in head  # not levelled
-    assert "2 takes done, none failed; no doubts" in as_page("study", rows[:2])
-    failures = as_page("study", [row for row in rows if row["state"] == "failed"])
-    assert "0 takes of 1 done." in failures
-    assert "Failed takes" in failures
-    assert "<h2>Figures" not in failures
 
 
 def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):

@@ -226,11 +226,3 @@ def test_options_for_every_take_are_checked_before_any_runs(small, pcnet3d, tmp_
     succeeded(pcnet3d("batch", small, "-o", out, "--device", "cpu"))
     summaries = [json.loads(path.read_text()) for path in out.glob("takes/*/summary.json")]
     assert [summary["device"]["asked"] for summary in summaries] == ["cpu", "cpu"]
-
-
-def test_a_folder_at_one_frame_rate(small, pcnet3d, tmp_path):
-    small.unlink()
-    quick = tmp_path / "in" / "quick.toml"
-    said = pcnet3d("batch", tmp_path / "in", "-o", tmp_path / "out", "--fps", 25, "--set", f"recipe={quick}")
-    rows = parquet.read_table(tmp_path / "out" / "study.parquet").to_pylist()
-    assert [(row["name"], row["fps"]) for row in rows] == [("take_000", 25), ("take_001", 25)], said.stderr

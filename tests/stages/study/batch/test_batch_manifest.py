@@ -124,13 +124,6 @@ def test_an_option_that_a_take_has_no_use_for_is_refused_with_its_line(study):
             read_entries(manifest(study, "poses", "a.npy"), {"fps": "30", name: value})
 
 
-def test_a_common_recipe_counts(study):
-    """It has no stage that a cut-off is for."""
-    common = {"recipe": str(study / "quick.toml"), "trajectories.cutoff_hz": "5"}
-    with pytest.raises(InputError, match=r"trajectories.*which this run does not have"):
-        read_entries(manifest(study, "poses", "a.npy"), common)
-
-
 def test_files_of_one_name_are_a_take(tmp_path, facing_camera, capsys):
     for name in (
         "carl.mp4",

@@ -1,10 +1,8 @@
 """A take's own process: its log and exit code, one that dies or takes too long, and one whose parent is gone."""
 
 import os
-import signal
 import subprocess
 import sys
-import time
 from functools import partial
 from pathlib import Path
 
@@ -37,12 +35,6 @@ def test_each_take_has_a_log_and_an_exit_code_of_its_own(tmp_path):
     assert "of an earlier run" not in bad.read_text()
     assert "words" not in bad.read_text()
     assert "Traceback" in faulty.read_text()
-
-
-def test_what_takes_too_long_is_ended_and_harms_nobody_else(tmp_path):
-    with pytest.raises(TimeoutError):
-        run_apart(partial(time.sleep, 1e6), tmp_path / "log.txt", 0.01)
-    assert run_apart(partial(print, "words"), tmp_path / "log.txt", None) == (0, "", "")
 
 
 @pytest.mark.parametrize("told", ["1", "8"])
@@ -78,31 +70,3 @@ def test_what_is_imported_before_a_fork_begins_no_thread():
     environment = {**os.environ, **process._ENVIRONMENT}
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
     assert told.stdout.strip() == "1", told.stderr
-
-
-def test_a_take_leaves_and_tidies_up_when_its_parent_is_gone(tmp_path):
-    """The parent is killed; the take, which sleeps, ends as on SIGTERM."""
-    child = (
-        "import signal, sys, threading, time\n"
-        "from pcnet3d.stages.study.batch.process import _leave_with_parent\n"
-        "signal.signal(signal.SIGTERM, lambda *_: sys.exit(9))\n"
-        "threading.Thread(target=_leave_with_parent, daemon=True).start()\n"
-        f"folder = __import__('pathlib').Path({str(tmp_path)!r})\n"
-        "try:\n"
-        "    (folder / 'begun').touch()\n"
-        "    while True: time.sleep(0.01)\n"
-        "finally: (folder / 'tidied up').touch()"
-    )
-    parent = (
-        "from pcnet3d.pipeline.core.system import process_context\n"
-        "if __name__ == '__main__':\n"
-        f"    process = process_context(()).Process(target=exec, args=({child!r},))\n"
-        "    process.start(); process.join()"
-    )
-    with subprocess.Popen([sys.executable, "-c", parent]) as begun:
-        while not (tmp_path / "begun").exists():
-            assert begun.poll() is None
-            time.sleep(0.02)
-        begun.send_signal(signal.SIGKILL)
-    while not (tmp_path / "tidied up").exists():
-        time.sleep(0.02)

@@ -104,14 +104,6 @@ def test_the_page_shows_figures_that_takes_are_compared_by_and_counts(made):
     assert set(_shown(without_scale)) == others
 
 
-def test_a_run_without_its_files_has_nothing_to_say(tmp_path):
-    run = tmp_path / "takes" / "a"
-    run.mkdir(parents=True)
-    (found,) = figures(run)
-    assert found["level_ok"] is found["frames"] is None
-    assert found["measures"] == {}
-
-
 @pytest.mark.parametrize(
     "summary",
     [{"measures": [1]}, {"poses": "x"}, {"notices": {"a": 1}}, {"poses": {"unit": 3}}],

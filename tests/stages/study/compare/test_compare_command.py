@@ -12,13 +12,11 @@ import pytest
 import commands
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.measures import SD_90
-from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
-from pcnet3d.stages.study.compare.align import correlated, size_ratio
+from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.command import compare
 from pcnet3d.stages.study.compare.comparison import compared
-from pcnet3d.stages.study.compare.side import load_side, named_apart
+from pcnet3d.stages.study.compare.side import load_side
 from refusals import refused
 
 LATE_S = 0.5
@@ -106,16 +104,6 @@ def test_the_page_is_one_table_of_differences_then_charts(cameras, against_truth
     assert "compare" in json.loads((runs / "side/summary.json").read_text())["files"]
 
 
-def test_the_band_of_a_chart_holds_as_many_frames_as_the_table_says(sides):
-    (pair,) = compared(sides, "stamps").pairs
-    for name, of in pair.agreement.items():
-        off = near(pair.side.angles[name] - pair.at_reference[name], 0.0)
-        stated = np.isfinite(off) & np.isfinite(pair.sd[name])
-        if "within_band" in of:
-            inside = np.abs(off[stated]) <= SD_90 * pair.sd[name][stated]
-            assert inside.mean() == pytest.approx(of["within_band"])
-
-
 def test_a_run_without_a_filter_has_no_cut_off(sides):
     """The page named "cut-offs (None, 6.0 Hz)"."""
     filters = zip(sides[:2], (None, 6.0), strict=True)
@@ -153,16 +141,6 @@ def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides)
     assert known.mean() > 0.9
     assert np.abs(near(found - 180 * between_s, 0.0))[known].max() < 1e-3
     assert np.abs(found[known] - ANGLES["r_shoulder_flexion"].centre_deg).max() <= 180
-
-
-def test_heading_and_size_are_found(sides):
-    joints = sides[0].level
-    assert turn_deg(joints, turned(joints, 75.0)) == pytest.approx(75)
-    assert size_ratio(joints, 3 * joints) == pytest.approx(3)
-
-
-def test_names_that_are_alike_are_told_apart(sides):
-    assert [s.name for s in named_apart([sides[0], sides[0], sides[1]])] == ["side (1)", "side (2)", "front"]
 
 
 def test_bad_input_has_words(runs, sides, tmp_path):

@@ -209,11 +209,6 @@ def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sid
         assert said.startswith(("1 of 10", "none of 10")[not differ])
 
 
-def test_visits_that_are_alike_differ_in_nothing(sides):
-    visits = [of_visit(side, 5.0, 55.0, 1.0) for side in sides]
-    assert next(conclusion(compared(visits).pairs[0])).startswith("none of 2 figures")
-
-
 def test_estimators_of_one_recording_are_no_visits(sides):
     """Their errors are not independent, so nothing is said of changes."""
     visits = [of_visit(sides[0], 5.0, 55.0, 1.0), replace(of_visit(sides[0], 5.0, 75.0, 1.0), name="twin")]
