@@ -1,4 +1,4 @@
-"""The image's straight lines by direction, and the horizon, for images of how up was found."""
+"""What is drawn on images: a skeleton's bones, the horizon, and the straight lines by which up was found."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import numpy as np
 
 from ...pipeline.core.camera import Camera, Look
 from ...pipeline.core.intrinsics import undistorted_image
-from .palette import GREEN, PURPLE, YELLOW
+from ...pipeline.core.layouts import Layout
+from ...pipeline.core.rotations import is_finite
+from .palette import GREEN, PURPLE, YELLOW, side_colour
 
 # Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
 _COLOURS = {0: GREEN, 1: PURPLE, 2: YELLOW}
 HORIZON, _UP = (255, 255, 255), GREEN
+FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
 WORDS = "Green: lines assumed vertical; purple and yellow: lines assumed level, at right angles; white: the horizon."
 
 
@@ -30,6 +33,20 @@ def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     foot, tip = _up_arrow(camera, look)
     cv2.arrowedLine(out, _pixel(foot), _pixel(tip), _UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
     return out
+
+
+def draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, edge: int = 0) -> None:
+    """Lines between points (J, 2) in pixels of an RGB image, in the colours of sides, each with a white edge so
+    wide."""
+    import cv2
+
+    for bone in layout.bones:
+        ends = at[layout.indices(bone)]
+        if is_finite(ends).all():
+            start, end = np.round(ends * (1 << FIXED)).astype(int).tolist()
+            if edge:
+                cv2.line(image, start, end, HORIZON, thick + 2 * edge, cv2.LINE_AA, FIXED)
+            cv2.line(image, start, end, side_colour(*bone), thick, cv2.LINE_AA, FIXED)
 
 
 def horizon(camera: Camera, up: np.ndarray) -> np.ndarray | None:

@@ -30,7 +30,6 @@ _SCRIPTS = {
     '<div class="chart"': "charts.js",
     '<figure class="player"': "player.js",
 }
-_TYPES = {"jpeg": "image/jpeg", "png": "image/png"}
 
 
 @cache
@@ -195,9 +194,9 @@ def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:
     return kind, shown, cell.address if isinstance(cell, Link) else ""
 
 
-def picture(content: bytes, kind: Literal["jpeg", "png"], alt: str) -> Markup:
+def picture(jpeg: bytes, alt: str) -> Markup:
     """An <img> that holds its image. alt: what it shows, for those who cannot see it."""
-    return kit().picture(f"data:{_TYPES[kind]};base64,{b64encode(content).decode('ascii')}", alt)
+    return kit().picture(jpeg_address(jpeg), alt)
 
 
 def figure(pictures: Sequence[Markup], title: str, caption: str = "", time_s: float | None = None) -> Markup:
@@ -214,7 +213,7 @@ def player(held: Mapping[str, Any], frames: int, alt: str, caption: str, film: s
 
 def jpeg_address(content: bytes) -> str:
     """A JPEG as an address that holds it."""
-    return f"data:{_TYPES['jpeg']};base64,{b64encode(content).decode('ascii')}"
+    return f"data:image/jpeg;base64,{b64encode(content).decode('ascii')}"
 
 
 def charts(figures: Iterable[Markup]) -> Markup:

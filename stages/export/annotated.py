@@ -10,7 +10,6 @@ import numpy as np
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.intrinsics import undistorted, undistorted_image
-from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
@@ -21,14 +20,13 @@ from ...pipeline.files.video_frames import images_ahead, shown_size
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, up_of_camera
-from ..drawing.image_lines import HORIZON, horizon
+from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
 _MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's part; small ones are enlarged
 _PALE: Colour = (235, 235, 235)
 _GROUND = 0.8  # share of its side's colour under a number, which is pale
-_FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
 _ANGLES = {"knee_flexion": "knee", "elbow_flexion": "elbow", "trunk_lean_sagittal": "trunk"}
 # What is to the right and up there, in BODY (back, right, up).
 _SIDES = {
@@ -142,7 +140,7 @@ class _Page:
             return
         start, end = sorted(self._on_small(edge).tolist())
         for colour, width in ((DARK, 3), (HORIZON, 1)):
-            cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, _FIXED)
+            cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, FIXED)
         text = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
         _write(small, text, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
@@ -155,12 +153,12 @@ class _Page:
             points = undistorted(points, self.camera.intrinsics)
         unseen = keypoints.confidence[row] < LEAST_SCORE
         at = np.where(unseen[:, None], np.nan, self._on_small(points))
-        _draw_bones(small, at, keypoints.layout, self.thick)
+        draw_bones(small, at, keypoints.layout, self.thick)
         for name, point in zip(keypoints.layout.joints, at, strict=True):
             if is_finite(point):
                 place, radius = _fixed(point), _unit(3.0 * self.thick)
-                cv2.circle(small, place, radius, side_colour(name), -1, cv2.LINE_AA, _FIXED)
-                cv2.circle(small, place, radius, _PALE, max(1, self.thick // 2), cv2.LINE_AA, _FIXED)
+                cv2.circle(small, place, radius, side_colour(name), -1, cv2.LINE_AA, FIXED)
+                cv2.circle(small, place, radius, _PALE, max(1, self.thick // 2), cv2.LINE_AA, FIXED)
 
     def _on_small(self, pixels: np.ndarray) -> np.ndarray:
         """Pixels (..., 2) of the video, whose centres are whole numbers, in the smaller image."""
@@ -174,7 +172,7 @@ class _Page:
             left = i * width // len(self.views)
             _write(panel, name, (left + 8, line), self.thick)
             if row is not None:
-                _draw_bones(panel, places[row] + (left, 0), self.body.layout, 3 * self.thick)
+                draw_bones(panel, places[row] + (left, 0), self.body.layout, 3 * self.thick)
         bottom = height - 8 - (len(self.angles) + 1) * line
         if row is not None and self.angles:
             _write(panel, "degrees, +/- half the 90 % band", (8, bottom), self.thick)
@@ -223,16 +221,6 @@ def _by_frame(poses: PoseSequence) -> dict[int, int]:
     return {int(frame): row for row, frame in enumerate(poses.frame_index)}
 
 
-def _draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int) -> None:
-    """Lines between points (J, 2) in the colours of sides."""
-    import cv2
-
-    for bone in layout.bones:
-        ends = at[layout.indices(bone)]
-        if is_finite(ends).all():
-            cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), side_colour(*bone), thick, cv2.LINE_AA, _FIXED)
-
-
 def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int, ground: Colour = DARK) -> None:
     import cv2
 
@@ -248,7 +236,7 @@ def _fixed(point: Sequence[float] | np.ndarray) -> tuple[int, int]:
 
 
 def _unit(value: float) -> int:
-    return round(float(value) * (1 << _FIXED))
+    return round(float(value) * (1 << FIXED))
 
 
 def _even(length: float) -> int:

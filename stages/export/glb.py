@@ -99,9 +99,13 @@ class _Arrays:
         """The number of the accessor of values (N,), (N, D), or (N, 4, 4) matrices."""
         rows = values.reshape(len(values), -1)
         kind = {1: "SCALAR", 2: f"VEC{rows.shape[1]}", 3: f"MAT{values.shape[-1]}"}[values.ndim]
+        view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": values.nbytes}
+        self.views.append(view if target is None else {**view, "target": target})
+        self.content += values.tobytes()
+        self.content += bytes(-len(self.content) % 4)
         self.accessors.append(
             {
-                "bufferView": self._view(values, target),
+                "bufferView": len(self.views) - 1,
                 "componentType": _TYPES[values.dtype],
                 "count": len(values),
                 "type": kind,
@@ -110,13 +114,6 @@ class _Arrays:
             }
         )
         return len(self.accessors) - 1
-
-    def _view(self, values: np.ndarray, target: int | None = None) -> int:
-        view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": values.nbytes}
-        self.views.append(view if target is None else {**view, "target": target})
-        self.content += values.tobytes()
-        self.content += bytes(-len(self.content) % 4)
-        return len(self.views) - 1
 
 
 def _rest_axes(skeleton: Skeleton) -> np.ndarray:

@@ -16,7 +16,7 @@ from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.signals.visibility import certain
-from ..drawing import palette
+from ..drawing.image_lines import draw_bones
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
 from .events import Event, chosen_events, event_beside, moments_of
@@ -27,7 +27,6 @@ _APART = 0.04  # of the take: closer to an event, another frame shows the same
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
 _QUALITY = 82  # of JPEG
-_WHITE = (255, 255, 255)
 # Right and up as one sees it, from the families' reference axes; in a world one looks north.
 _SEEN = {"camera": ((1, 0, 0), (0, -1, 0)), "world": ((0, -1, 0), (0, 0, 1))}
 
@@ -83,7 +82,7 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     if image is not None:
         around = None if take.keypoints is None else _found(take, frame)
         words = f"Frame {frame} of the video with the 2D keypoints"
-        before = picture(jpeg(image, flat, layout, around), "jpeg", words)
+        before = picture(jpeg(image, flat, layout, around), words)
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
@@ -143,14 +142,9 @@ def jpeg(
     part = np.ascontiguousarray(image[top : top + size[1], left : left + size[0]])
     scale = side / max(size)
     shape = (max(round(size[0] * scale), 1), max(round(size[1] * scale), 1))
-    small = np.ascontiguousarray(cv2.resize(part, shape, interpolation=cv2.INTER_AREA)[..., ::-1])
+    small = np.ascontiguousarray(cv2.resize(part, shape, interpolation=cv2.INTER_AREA))
     at = (keypoints + 0.5 - corner) * scale - 0.5
-    for bone in layout.bones:
-        ends = at[layout.indices(bone)]
-        if np.isfinite(ends).all():
-            start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
-            for colour, width in ((_WHITE, 4), (palette.side_colour(*bone)[::-1], 2)):
-                cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
+    draw_bones(small, at, layout, 2, edge=1)
     return _encoded(small, quality)
 
 
@@ -160,13 +154,15 @@ def lines_jpeg(image: np.ndarray) -> bytes:
 
     scale = min(2 * _SIDE / max(image.shape[:2]), 1.0)
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return _encoded(np.ascontiguousarray(small[..., ::-1]))
+    return _encoded(small)
 
 
-def _encoded(bgr: np.ndarray, quality: int = _QUALITY) -> bytes:
+def _encoded(rgb: np.ndarray, quality: int = _QUALITY) -> bytes:
     import cv2
 
-    done, content = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    done, content = cv2.imencode(
+        ".jpg", np.ascontiguousarray(rgb[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, quality]
+    )
     assert done
     return content.tobytes()
 

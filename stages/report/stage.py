@@ -116,7 +116,5 @@ def _lines(take: Take) -> Iterator[Markup]:
         return
     look = take.camera.looks[0]
     for image in images_at(take.video, [look.frame]).values():
-        shown = picture(
-            lines_jpeg(drawn(image, take.camera, look)), "jpeg", f"Straight lines of frame {look.frame}"
-        )
+        shown = picture(lines_jpeg(drawn(image, take.camera, look)), f"Straight lines of frame {look.frame}")
         yield figure([shown], f"The image's lines, frame {look.frame}", WORDS)

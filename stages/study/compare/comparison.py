@@ -179,14 +179,21 @@ def _beyond(pair: Pair) -> list[Notice]:
 
 
 def result(pair: Pair) -> Iterator[str]:
-    """What came of a pair, and whether it was compared as one motion."""
+    """What came of a pair, and how it was compared."""
     yield from conclusion(pair)
-    how = pair.alignment
-    against = f"{pair.side.name} against {pair.reference.name}"
+    yield aligned(pair)
+
+
+def aligned(pair: Pair) -> str:
+    """Whether a pair was compared as one motion, and how one was brought to the other."""
+    how, against = pair.alignment, f"{pair.side.name} against {pair.reference.name}"
     if how is None or not pair.agreement:
-        yield f"{against}: compared as two motions; {IF_ONE}"
-    else:
-        yield f"{against}: one motion, by {how.how} shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f})"
+        return f"{against}: compared as two motions; {IF_ONE}"
+    apart = "" if pair.joints_mm is None else f"; joints then differ by {pair.joints_mm:.0f} mm"
+    return (
+        f"{against}: one motion, by {how.how} shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}), LEVEL turned "
+        f"by {pair.turn_deg:.0f} degrees and scaled by {pair.scale:.3g}{apart}"
+    )
 
 
 def conclusion(pair: Pair) -> Iterator[str]:

@@ -15,7 +15,7 @@ from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.facts import errors_of_angles
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from .changes import Change
-from .comparison import IF_ONE, Comparison, Pair, conclusion
+from .comparison import Comparison, Pair, aligned, conclusion
 
 _ERRORS = (
     'On this page ±, "within the errors" and 90 % mean the same: nine in ten true values lie in that range. '
@@ -140,19 +140,8 @@ def _colour(name: str) -> str:
 
 
 def _together(comparison: Comparison) -> Iterator[str]:
-    reference = comparison.reference
-    for pair in comparison.pairs:
-        how = pair.alignment
-        if how is None:
-            yield f"{pair.side.name}: compared as another motion than {reference.name}'s; {IF_ONE}."
-            continue
-        apart = "" if pair.joints_mm is None else f" Joints then differ by {pair.joints_mm:.0f} mm."
-        yield (
-            f"{pair.side.name}: by {how.how}; {how.shift_s:+.3f} s added to its time (r of eight joint angles "
-            f"{how.r:.3f}), LEVEL turned by {pair.turn_deg:.1f}° and scaled by {pair.scale:.3g} to {reference.name}'s."
-            f"{apart}"
-        )
-    sides = (reference, *(pair.side for pair in comparison.pairs))
+    yield from (f"{aligned(pair)}." for pair in comparison.pairs)
+    sides = (comparison.reference, *(pair.side for pair in comparison.pairs))
     cutoffs = sorted({side.cutoff_hz or 0.0 for side in sides})
     filters = " and ".join(f"{hz:g} Hz" if hz else "unfiltered" for hz in cutoffs)
     by = " and ".join(dict.fromkeys(side.run.need("rectified").method for side in sides if side.run))
