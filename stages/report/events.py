@@ -47,8 +47,8 @@ def event_beside(moments: Sequence[list[Event]], row: int) -> Event:
 
 def moments_of(take: Take) -> list[list[Event]]:
     """Moments of each movement that the measures recognised, the first to be shown first: of repetitions the highest,
-    as a page may have room for one; of initial contacts, which come last, those from the middle of the steps on, right and left
-    in turn."""
+    as a page may have room for one; of initial contacts, which come last, those from the middle of the steps on,
+    right and left in turn."""
     measures = take.figures
     jumps, arms = measures.group("jumps"), measures.group("arm_raises")
     flights = zip(jumps.times("start"), jumps.repetitions("flight_time"), strict=False)

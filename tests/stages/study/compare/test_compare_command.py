@@ -12,8 +12,9 @@ import pytest
 import commands
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
-from pcnet3d.stages.study.compare.align import correlated
+from pcnet3d.stages.study.compare.align import correlated, size_ratio
 from pcnet3d.stages.study.compare.command import compare
 from pcnet3d.stages.study.compare.comparison import compared
 from pcnet3d.stages.study.compare.side import load_side
@@ -141,6 +142,12 @@ def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides)
     assert known.mean() > 0.9
     assert np.abs(near(found - 180 * between_s, 0.0))[known].max() < 1e-3
     assert np.abs(found[known] - ANGLES["r_shoulder_flexion"].centre_deg).max() <= 180
+
+
+def test_heading_and_size_are_found(sides):
+    joints = sides[0].level
+    assert turn_deg(joints, turned(joints, 75.0)) == pytest.approx(75)
+    assert size_ratio(joints, 3 * joints) == pytest.approx(3)
 
 
 def test_bad_input_has_words(runs, sides, tmp_path):
