@@ -30,8 +30,8 @@ from .together import together
 def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses, frame numbers and clock are those of the
-    keypoints. With a video alone the take has neither poses nor keypoints.
+    Without poses, frame numbers and clock are those of the keypoints. With a video alone the take has neither poses nor
+    keypoints.
     """
     files = _read(options)
     if files.poses is None and files.keypoints is None:
@@ -44,11 +44,14 @@ def open_take(options: RunOptions) -> Take:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One of several people: name in the file, frames of the part asked for, and the take or why there is none."""
+    """One of several people. name: in the file. frames: rows there, or in the part of it that is asked for. take: of
+    them, or refusal: why there is none. folder: name of their run's folder."""
 
     name: str
     frames: int
-    take: Take | InputError
+    take: Take | None = None
+    refusal: InputError | None = None
+    folder: str = ""
 
 
 def open_people(options: RunOptions) -> tuple[Person, ...]:
@@ -80,10 +83,9 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
             track = keypoints.normalised(tracks[person.person]) if keypoints else None
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(person.person)}")
-            frames = len(take.rows or ())
+            people.append(Person(person.person, len(take.rows or ()), take))
         except InputError as error:
-            take, frames = error, len(person)
-        people.append(Person(person.person, frames, take))
+            people.append(Person(person.person, len(person), refusal=error))
     return tuple(people)
 
 

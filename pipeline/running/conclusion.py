@@ -15,8 +15,8 @@ from ..core.notices import EXIT_CODES, Notice, grave, verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
+from ..reading.take import Person
 from ..signals.checks import nobody_upright
-from .run import PersonRun
 
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result
@@ -55,12 +55,12 @@ def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, with
     return worst if strict else 0
 
 
-def conclude_people(runs: Sequence[PersonRun], folder: Path, strict: bool = False) -> int:
+def conclude_people(runs: Sequence[Person], folder: Path, strict: bool = False) -> int:
     """The same of several people's runs, after who was left out."""
     for run in runs:
         if run.take is None:
-            say("warning", f"person {run.person} was left out: {run.reason}")
-    takes = {f"person {run.person}: ": run.take for run in runs if run.take}
+            say("warning", f"person {run.name} was left out: {run.refusal}")
+    takes = {f"person {run.name}: ": run.take for run in runs if run.take}
     return conclude(takes, folder, strict, next(run.folder for run in runs if run.folder))
 
 

@@ -22,7 +22,7 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     and no stage reads, for a setting that its stage does not know or of another type, and for two recipes.
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
-    _check_readers(options, alone)
+    _check_readers(options)
     if recipe is not None and options.recipe is not None:
         raise InputError(
             "option-conflict", f"Expected one recipe, got another beside {options.recipe}; leave one out."
@@ -90,7 +90,7 @@ def _require(recipe: Recipe, stage: str, what: str) -> None:
         )
 
 
-def _check_readers(options: RunOptions, alone: bool) -> None:
+def _check_readers(options: RunOptions) -> None:
     """InputError for an option of a file that is not given."""
     readers = {
         "poses": {"--adapter": options.adapter != "auto", "--option": options.options},
@@ -106,8 +106,3 @@ def _check_readers(options: RunOptions, alone: bool) -> None:
             raise InputError(
                 "option-conflict", f"{', '.join(unread)} is for --{role} FILE, which this run does not have."
             )
-    if alone and options.first_frame is not None:
-        raise InputError(
-            "option-conflict",
-            f"{flag_of('first_frame')} numbers the rows of a file, and there is none; leave it out.",
-        )

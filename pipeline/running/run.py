@@ -6,7 +6,7 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,19 +35,6 @@ _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves
 _LONGEST = 60  # characters of a folder's name
 
 Done = Callable[[str, float], None]  # called with "read" and then each stage's name, and its seconds
-
-
-@dataclass(frozen=True, eq=False)
-class PersonRun:
-    """person, frames: name in the file, and rows there, or in the part of it that is asked for. folder: name of their
-    run's folder, and take: what it holds; or code and reason of the refusal (InputError): why there is none."""
-
-    person: str
-    frames: int
-    folder: str = ""
-    take: Take | None = None
-    code: str = ""
-    reason: str = ""
 
 
 def checkpoint_of(output: Path) -> Path:
@@ -88,7 +75,7 @@ def run_people(
     resume: bool = False,
     force: bool = False,
     done: Done = _silent,
-) -> tuple[PersonRun, ...]:
+) -> tuple[Person, ...]:
     """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
 
     People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
@@ -120,7 +107,7 @@ def _run(
     force: bool,
     done: Done,
     everybody: bool,
-) -> tuple[PersonRun, ...]:
+) -> tuple[Person, ...]:
     """everybody: else the one person whom the options name, whose files are in `output` itself."""
     recipe = _resumed(_checked(recipe), output) if resume else _checked(recipe)
     kept = checkpoint_of(output)
@@ -156,43 +143,38 @@ def _processed(
     placement: Placement,
     done: Done,
     everybody: bool,
-) -> tuple[PersonRun, ...]:
+) -> tuple[Person, ...]:
     """The runs of people, whose list is emptied: what stages replace is not to be held beside their answers. With
     everybody each has a folder in `folder`."""
-    who = [(person.name, person.frames) for person in people]
-    ended = {i: person.take for i, person in enumerate(people)}
+    takes = {i: person.take for i, person in enumerate(people) if person.take is not None}
+    ended = [replace(person, take=None) for person in people]
     people.clear()
-    takes = {i: end for i, end in ended.items() if isinstance(end, Take)}
-    ended = {i: end for i, end in ended.items() if i not in takes}
-    names = folder_names([who[i][0] for i in takes]) if everybody else [""]
+    names = folder_names([ended[i].name for i in takes]) if everybody else [""]
     folders = dict(zip(takes, names, strict=True))
     pipelines = {i: _aimed(recipe, folder / name).build() for i, name in folders.items()}
     for i in takes:
         pipelines[i].check_rate(_frame_rate(takes[i]))
-    ended |= _by_scene(pipelines, takes, done)
-    runs = []
-    for i, (person, frames) in enumerate(who):
-        end, name = ended[i], folders.get(i, "")
+    for i, end in _by_scene(pipelines, takes, done).items():
+        own = folder / folders[i]
         if isinstance(end, Take):
-            (folder / name).mkdir(exist_ok=True)
-            add_to_summary(folder / name, device=placement.summary())
-            runs.append(PersonRun(person, frames, name, end))
+            own.mkdir(exist_ok=True)
+            add_to_summary(own, device=placement.summary())
+            ended[i] = replace(ended[i], take=end, folder=folders[i])
         elif everybody:
-            if name:
-                shutil.rmtree(folder / name, ignore_errors=True)
-            runs.append(PersonRun(person, frames, code=end.code, reason=str(end)))
+            shutil.rmtree(own, ignore_errors=True)
+            ended[i] = replace(ended[i], refusal=end)
         else:
             raise end
     if everybody:
-        _list(runs, folder)
-    return tuple(runs)
+        _list(ended, folder)
+    return tuple(ended)
 
 
-def _list(runs: Sequence[PersonRun], folder: Path) -> None:
+def _list(runs: Sequence[Person], folder: Path) -> None:
     """summary.json over the people's folders, each of which is a run of its own: who is in which, and who was left out
     and why. InputError where there are none."""
     if all(run.take is None for run in runs):
-        reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
+        reasons = "; ".join(f"{run.name}: {str(run.refusal).rstrip('.')}" for run in runs)
         raise InputError("nothing-usable", f"There is no person to process: {reasons}.")
     for run in runs:
         if run.take is not None:
@@ -201,19 +183,24 @@ def _list(runs: Sequence[PersonRun], folder: Path) -> None:
         "pcnet3d": package_version(),
         "people": [_entry(run, run.take) for run in runs if run.take is not None],
         "left_out": [
-            {"person": run.person, "frames": run.frames, "code": run.code, "reason": run.reason}
+            {
+                "person": run.name,
+                "frames": run.frames,
+                "code": run.refusal.code,
+                "reason": str(run.refusal),
+            }
             for run in runs
-            if run.take is None
+            if run.refusal is not None
         ],
     }
     write_json(folder / SUMMARY, content)
 
 
-def _entry(run: PersonRun, take: Take) -> dict[str, Any]:
+def _entry(run: Person, take: Take) -> dict[str, Any]:
     rows, level = take.rows, take.rectified
     assert rows is not None
     return {
-        "person": run.person,
+        "person": run.name,
         "folder": run.folder,
         "frames": run.frames,
         "first_frame": int(rows.frame_index[0]),
@@ -288,7 +275,7 @@ def _people(options: RunOptions) -> list[Person]:
     for person in open_people(options):
         if person.frames < FEWEST_FRAMES:
             few = f"seen in {how_many(person.frames, 'frame')}; at least {FEWEST_FRAMES} are needed"
-            person = replace(person, take=InputError("nothing-usable", few))
+            person = replace(person, take=None, refusal=InputError("nothing-usable", few))
         people.append(person)
     return people
 

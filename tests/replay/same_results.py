@@ -12,7 +12,7 @@ used: --program is the pcnet3d to run, by default the one beside this Python. --
 --only GLOB those alone whose name fits.
 
 `compare` names all that differs: numbers that do so by more than 1e-6, relative or absolute (NaN equals NaN), and
-apart from them keys that moved and text that changed. Of a command that only one version carries out it says that and
+apart from them text that changed. Of a command that only one version carries out it says that and
 no more. Its exit code is 1 if a number differs or is missing. What is expected to differ stands in a TOML file, where
 an asterisk stands for any characters, and is counted instead of printed:
 
@@ -69,10 +69,10 @@ _ROW_NAMES = ("measure", "side", "item", "label", "before", "after")
 _ITEM_NAMES = ("code", "name", "role", "measure", "figure", "joint", "file")
 
 # Name of the command, which is the folder of its results: words after `pcnet3d`. Those in capitals stand for others in
-# _WORDS. After || stands how other versions have the same command: it is run where the words before are refused.
+# _WORDS.
 _COMMANDS = """
 demo: demo
-testbed/testbed.npz: lab testbed val || testbed val
+testbed/testbed.npz: lab testbed val
 
 video/walk: run DATA/video/walk_crop.mp4 MOVENET
 video/walk_poses: run DATA/video/walk_crop.mp4 --poses INPUTS/walk_crop.npy BLAZEPOSE --keypoints INPUTS/walk_crop.json
@@ -102,7 +102,7 @@ poses/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
 poses/geometric: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --set rectify.rectifier=geometric
 poses/written: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30 ALSO
 
-live: live DATA/video/walk_crop.mp4 MOVENET --json || live DATA/video/walk_crop.mp4 MOVENET --stream -
+live: live DATA/video/walk_crop.mp4 MOVENET --json
 batch: batch INPUTS/study/manifest.csv --workers 1 -q
 batch_folder: batch INPUTS/study/folder --set fps=30 --workers 1 -q
 
@@ -113,8 +113,8 @@ compare/truth: compare simulated/take00 --truth INPUTS/take00.npz
 compare/truth_trc: compare simulated/take10 --truth INPUTS/take10.trc
 compare/truth_c3d: compare simulated/take20 --truth INPUTS/take20.c3d
 compare/truth_bvh: compare captured/take30 --truth INPUTS/take30.bvh
-imu/wrist: imu strapped/measured WRIST || compare strapped/measured WRIST
-imu/wrist_and_pelvis: imu strapped/lifted WRIST PELVIS || compare strapped/lifted WRIST PELVIS
+imu/wrist: compare strapped/measured WRIST
+imu/wrist_and_pelvis: compare strapped/lifted WRIST PELVIS
 
 inspect/video: inspect DATA/video/walk_crop.mp4 --json
 inspect/motionbert: inspect MOTIONBERT/boxing_X3D.npy --json
@@ -141,9 +141,7 @@ _WORDS = {
     "MOTIONBERT": "DATA/native/motionbert",
     "MHFORMER": "DATA/native/mhformer/skating",
 }  # DATA and INPUTS come last, as paths may have spaces
-_OR = " || "
 _ONLY_NUMBERS = " --set record=off --set report=off"  # of `run` and `batch`
-_WITHOUT_FOLDER = ("imu", "inspect")  # commands that take no --output
 _SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
 _OPTIONS = (
     "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=mask",
@@ -191,8 +189,7 @@ def make(folder: Path, inputs: Path, program: Path, jobs: int = 1, only: str = "
 
 def _reads_results(line: str, names: Iterable[str]) -> bool:
     """Whether the command's words name what another one leaves, which has to be run before."""
-    words = [word for form in line.split(_OR) for word in form.split()[1:]]
-    return any(f"{word}/".startswith(f"{name}/") for word in words for name in names)
+    return any(f"{word}/".startswith(f"{name}/") for word in line.split()[1:] for name in names)
 
 
 def _parsed_table(text: str) -> dict[str, str]:
@@ -211,18 +208,12 @@ class _Runner:
     program: Path
 
     def run(self, name: str, line: str) -> int:
-        """The exit code of the command, in the first form of the line that is not refused; it is left in said/NAME.json
-        with what was printed."""
-        started, refusals = time.monotonic(), list[str]()
-        for form in line.split(_OR):
-            ended = self._run(name, form)
-            if ended.returncode != 2:
-                break
-            refusals += self._as_elsewhere(ended.stderr).splitlines()
+        """The exit code of the command; it is left in said/NAME.json with what was printed."""
+        started, ended = time.monotonic(), self._run(name, line)
         code = ended.returncode
         # The stages' times are on stderr otherwise.
         printed = _printed(self._as_elsewhere(ended.stdout if code in _CARRIED_OUT else ended.stderr))
-        content = {"exit_code": code, **({"said": refusals} if code == 2 else printed)}
+        content = {"exit_code": code, **printed}
         place = self.folder / _SAID / f"{name}.json"
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(json.dumps(content), encoding="utf-8")
@@ -237,12 +228,12 @@ class _Runner:
         words = line.split()
         for short, path in self._places().items():
             words = [word.replace(short, path) for word in words]
-        if command not in _WITHOUT_FOLDER:
+        if command != "inspect":
             (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
             words += ["-o", name]
         # 8-bit networks round otherwise with another number of threads; tables are as wide as the console.
         environment = os.environ | {"OMP_NUM_THREADS": "1", "COLUMNS": "200"}
-        ended = subprocess.run(
+        return subprocess.run(
             [self.program, *words],
             cwd=self.folder,
             capture_output=True,
@@ -250,10 +241,6 @@ class _Runner:
             env=environment,
             check=False,
         )
-        if command == "imu" and ended.returncode == 0:  # it writes into the folder of the run
-            (self.folder / name).parent.mkdir(exist_ok=True)
-            (self.folder / words[1] / "imu").rename(self.folder / name)
-        return ended
 
     def _places(self) -> dict[str, str]:
         return {"DATA": str(self.data), "INPUTS": str(self.inputs), "FOLDER": str(self.folder)}
@@ -669,9 +656,6 @@ def _differences_of_files(file: str, one: Path, other: Path) -> Iterator[Differe
         {key: values for key, values in _leaves(path).items() if _last(key) not in NOT_COMPARED}
         for path in (one, other)
     )
-    for old, new in _moved(a, b).items():
-        yield Difference(file, old, f"moved to {new}", of_numbers=False)
-        b[old] = b.pop(new)
     shapes = Counter(
         (a[key].shape, b[key].shape) for key in a.keys() & b.keys() if a[key].shape != b[key].shape
     )
@@ -702,42 +686,8 @@ def _last(key: str) -> str:
     return key.rpartition(".")[2]
 
 
-def _moved(a: Leaves, b: Leaves) -> dict[str, str]:
-    """{key in A only: key in B only} of those with the same values, by the first or the last part of their names, or
-    because they are several values that no other has."""
-    columns = (
-        set(a["columns"].tolist()) if "columns" in a else set()
-    )  # last parts that are those of many others
-
-    def names(key: str) -> set[str]:
-        return set(key.rpartition(".")[::2]) - columns - {""}
-
-    left = dict[tuple[object, ...], list[str]]()
-    for new in sorted(b.keys() - a.keys()):
-        left.setdefault(_in_short(b[new]), []).append(new)
-    moved: dict[str, str] = {}
-    for old in sorted(a.keys() - b.keys()):
-        rest = left.get(_in_short(a[old]), [])
-        alike = [new for new in rest if _same(a[old], b[new])]
-        named = [new for new in alike if names(new) & names(old)]
-        if len(named or alike) == 1 and (named or a[old].size > 1):
-            moved[old] = (named or alike)[0]
-            rest.remove(moved[old])
-    return moved
-
-
-def _in_short(values: np.ndarray) -> tuple[object, ...]:
-    """What the same values have in common, to find them quickly."""
-    first = values.ravel()[:3].tolist()
-    return _kind(values), values.shape, *(item if isinstance(item, str) else f"{item:.3g}" for item in first)
-
-
 def _kind(values: np.ndarray) -> str:
     return "words" if values.dtype.kind == "U" else "numbers" if np.isfinite(values).any() else "empty"
-
-
-def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    return not (_changed(a, b) if a.dtype.kind == "U" else _apart(a, b))
 
 
 def _changed(a: np.ndarray, b: np.ndarray) -> list[str]:

@@ -58,7 +58,6 @@ def test_numbers_of_an_array(folders, change, capsys):
         (SUMMARY | {"notices": [{"text": "another"}]}, True),
         (SUMMARY | {"walking": {"steps": 4, "cadence_spm": None, "why": "other words"}}, True),
         ({key: value for key, value in SUMMARY.items() if key != "notices"}, True),
-        ({key if key != "walking" else "gait": value for key, value in SUMMARY.items()}, True),
         (SUMMARY | {"walking": {"steps": "none", "cadence_spm": None, "why": "too few"}}, False),
         (SUMMARY | {"walking": {"steps": 4, "cadence_spm": 112.0, "why": "too few"}}, False),
         (SUMMARY | {"walking": {"cadence_spm": None, "why": "too few"}}, False),
@@ -74,7 +73,7 @@ def test_leaves_of_json(folders, summary, same, capsys):
 
 @pytest.mark.parametrize(
     ("old", "new", "same"),
-    [("112.0", "112.1", False), ("112.0", "many", False), ("counted", "seen", True), ("value", "mean", True)],
+    [("112.0", "112.1", False), ("112.0", "many", False), ("counted", "seen", True)],
 )
 def test_columns_of_csv(folders, old, new, same, capsys):
     (folders[1] / "take/measures.csv").write_text(TABLE.replace(old, new))
@@ -183,8 +182,6 @@ def test_brackets_of_a_pattern_are_those_of_a_key(folders):
 PROGRAM = """#!{python}
 import json, pathlib, sys
 words = sys.argv[1:]
-if words[0] == "imu":
-    sys.exit(2)
 if words[0] == "live":
     print("watching", json.dumps({{"frame": 0, "up": [0.0, 1.0]}}), json.dumps({{"frame": 1}}), sep="\\n")
 if words[0] == "inspect":
@@ -212,7 +209,6 @@ def test_commands_of_another_program(tmp_path, monkeypatch):
         return json.loads((folder / "said" / f"{name}.json").read_text())
 
     assert json.loads((folder / "imu/wrist/imu.json").read_text()) == [True], "after the run that it needs"
-    assert said("imu/wrist")["exit_code"] == 0, "by the second form, as the first is refused"
     assert not list(folder.rglob("page.html"))
     assert said("inspect/video")["printed"] == {"file": "DATA/video/walk_crop.mp4"}
     assert said("live")["said"] == ["watching"]

@@ -84,4 +84,4 @@ def test_who_is_not_in_the_part_is_left_out(tmp_path):
     path = drawn_tracks(tmp_path / "ap.json", {1: range(60), 2: range(20)})
     stays, leaves = open_people(RunOptions(keypoints=path, fps=30, time_range="1:1.5"))
     assert stays.take.keypoints.frame_index.tolist() == list(range(30, 46))
-    assert isinstance(leaves.take, InputError)
+    assert isinstance(leaves.refusal, InputError)

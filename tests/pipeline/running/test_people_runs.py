@@ -67,7 +67,7 @@ def test_who_is_hardly_seen_is_named_and_left_out(done):
     output, people = done
     (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
     assert (left_out["person"], left_out["frames"], left_out["code"]) == ("2", 4, "nothing-usable")
-    assert "at least 10 are needed" in left_out["reason"] == people[2].reason
+    assert "at least 10 are needed" in left_out["reason"] == str(people[2].refusal)
 
 
 def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path):
@@ -85,7 +85,7 @@ def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
     first, second = run_people(RunOptions(poses=path, fps=30), tmp_path / "out", recipe)
     assert first.take is not None
     assert second.take is None
-    assert "mirrored" in second.reason
+    assert "mirrored" in str(second.refusal)
     assert not (tmp_path / "out" / "1").exists()
     # nor one who was not asked for
     assert open_take(RunOptions(poses=path, fps=30, person="0")).poses is not None
@@ -104,7 +104,7 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
 
     monkeypatch.setattr(Export, "__call__", refusing)
     first, second = run_people(RunOptions(poses=mmpose(), fps=30), tmp_path / "out", recipe)
-    assert (first.reason, second.reason) == ("no.", "")
+    assert (str(first.refusal), second.refusal) == ("no.", None)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["1", SUMMARY]
 
 
