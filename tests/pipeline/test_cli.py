@@ -58,37 +58,6 @@ def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
     assert "--stature" in result.stderr
 
 
-def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
-    recipe = recipe_of(tmp_path / "recipe.toml", "scale", "rectify", "trajectories", "export")
-    arguments = ["--fps", 30, "--stature", 1.8, "--recipe", recipe]
-    succeeded(pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out"))
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "kinematics.parquet", "poses.npz", "summary.json",
-    ]  # fmt: skip
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["poses"]["unit"] == "m"
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda x: x[:, :16], ["17"]),
-        (
-            lambda x: x * np.where(np.arange(30) == 4, np.nan, 1)[:, None, None],
-            ["NaN", "row 4", "read.missing=gap"],
-        ),
-        (lambda x: x.astype(object), ["object"]),
-        (lambda x: x * [-1, 1, 1], ["mirrored", "--set read.handedness=mirror", "knees"]),
-    ],
-    ids=["joints", "nan", "objects", "mirrored"],
-)
-def test_bad_poses_get_a_sentence_and_exit_2(lifted, tmp_path, change, words):
-    np.save(lifted, change(np.load(lifted)))
-    result = pcnet3d("run", "--poses", lifted, "--adapter", "motionbert", "--fps", 30, "-o", tmp_path / "out")
-    refused(result, *words)
-    assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
-
-
 LIFT = "--poses X3D.npy --fps 30"
 
 
@@ -177,14 +146,6 @@ def test_the_version_is_the_packages():
     assert pcnet3d("--version").stdout == f"pcnet3d {version('pcnet3d')}\n"
 
 
-def test_the_version_costs_no_heavy_import():
-    said_without({"onnxruntime", "cv2", "torch", "rerun"}, "--version")
-
-
-def test_short_help():
-    assert "run [OPTIONS] [video]" in pcnet3d("run", "-h").stdout
-
-
 def test_quiet_says_the_result_only(lifted, tmp_path):
     """Before the command, and behind it in a process in which other packages may warn."""
     recipe = recipe_of(tmp_path / "short.toml", "rectify")
@@ -248,33 +209,6 @@ def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
     command = [*APART, "run", "--poses", odd, "--fps", "30", "--recipe", recipe, "-o", tmp_path / "out"]
     result = subprocess.run(command, capture_output=True, env=plain)
     assert result.returncode == 0, result.stderr
-
-
-@pytest.mark.parametrize(
-    ("said", "share"),
-    [
-        (["--set", "read.gravity=-0.087,1,-0.1"], "gravity vector"),
-        (["--set", "read.pitch=-5.7", "--set", "read.roll=-5"], "camera pitch and roll"),
-    ],
-)
-def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said, share):
-    """The same camera told in both ways; the person seems to stand upright in the image."""
-    succeeded(pcnet3d("run", "--poses", lifted, "--fps", 30, *said, "--no-frames", "-o", tmp_path / "out"))
-    found = json.loads((tmp_path / "out" / "summary.json").read_text())["rectification"]
-    up = np.array(found["R_source_from_level"])[:, 2]
-    np.testing.assert_allclose(up, np.array([0.087, -1, 0.1]) / np.linalg.norm([0.087, 1, 0.1]), atol=0.03)
-    assert found["up_shares"][share] > 0.8
-    assert found["up_error_deg"] <= 1.01
-
-
-def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
-    arguments = ["--set", "rectify.rectifier=geometric", "--camera", "moving"]
-    succeeded(pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out"))
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["rectification"]["camera"] == "moving"
-    assert "relative-to-camera" in [said["code"] for said in summary["notices"]]
-    with np.load(tmp_path / "out" / "poses.npz") as file:
-        assert file["R_source_from_level"].shape == (30, 3, 3)
 
 
 def test_list_prints_one_line_an_adapter_and_json():

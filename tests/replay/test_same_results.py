@@ -1,14 +1,12 @@
 """What `same_results.py compare` tells of two folders that differ in one thing, and how `make` runs commands."""
 
 import json
-import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from replay.same_results import compare, make
+from replay.same_results import compare
 
 SUMMARY = {
     "walking": {"steps": 4, "cadence_spm": None, "why": "too few"},
@@ -81,11 +79,6 @@ def test_columns_of_csv(folders, old, new, same, capsys):
     assert "0 differences of numbers, 0 of text" not in capsys.readouterr().out
 
 
-def test_a_file_that_is_missing(folders):
-    (folders[1] / "take/poses.npz").unlink()
-    assert not compare(*folders)
-
-
 def test_a_row_that_goes_makes_no_other_differ(folders, capsys):
     (folders[1] / "take/measures.csv").write_text(TABLE.replace("cadence,112.0,\n", ""))
     assert not compare(*folders)
@@ -147,12 +140,6 @@ def test_a_command_that_only_one_folder_has(folders, capsys):
     assert "compare/truth: exit code not run in A, 2 (usage) in B" in lines
 
 
-def test_an_exit_code_that_is_a_verdict(folders, capsys):
-    end(folders[1], "take", 3, "it went well")
-    assert not compare(*folders)
-    assert "said: exit_code: 1 of 1 values" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("pattern", "same", "count"),
     [
@@ -170,47 +157,3 @@ def test_what_is_expected(folders, pattern, same, count, capsys):
     assert f"{count} expected: {pattern}: cadence is told" in said
     assert "0 expected: *:never: nothing has it" in said
     assert ("walking.cadence_spm: " in said.replace(pattern, "")) != same
-
-
-def test_brackets_of_a_pattern_are_those_of_a_key(folders):
-    stages = [*SUMMARY["stages"][:2], {"name": "clean", "steps": 4}]
-    (folders[1] / "take/summary.json").write_text(json.dumps(SUMMARY | {"stages": stages}))
-    assert compare(*folders, {"*:stages[clean#2].steps": "one more"})
-    assert not compare(*folders, {"*:stages[clean].steps": "another"})
-
-
-PROGRAM = """#!{python}
-import json, pathlib, sys
-words = sys.argv[1:]
-if words[0] == "live":
-    print("watching", json.dumps({{"frame": 0, "up": [0.0, 1.0]}}), json.dumps({{"frame": 1}}), sep="\\n")
-if words[0] == "inspect":
-    print(json.dumps({{"file": words[1]}}, indent=1))
-if "-o" in words:
-    output = pathlib.Path(words[-1])
-    output.mkdir(parents=True)
-    needed = [word for word in words[1:-2] if words[0] == "compare" and word.startswith("strapped/")]
-    (output / "imu.json").write_text(json.dumps([pathlib.Path(word).is_dir() for word in needed]))
-    (output / "page.html").write_text("no numbers")
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="the program is a script of a shell")
-def test_commands_of_another_program(tmp_path, monkeypatch):
-    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "data"))
-    inputs, folder, program = (tmp_path / name for name in ("inputs", "out", "program"))
-    inputs.mkdir()
-    (inputs / "commands.txt").write_text("strapped/measured: run --poses INPUTS/measured.npy\n")
-    program.write_text(PROGRAM.replace("{python}", sys.executable).replace("{{", "{").replace("}}", "}"))
-    program.chmod(0o755)
-    make(folder, inputs, program, jobs=2, only="[isl]*")
-
-    def said(name):
-        return json.loads((folder / "said" / f"{name}.json").read_text())
-
-    assert json.loads((folder / "imu/wrist/imu.json").read_text()) == [True], "after the run that it needs"
-    assert not list(folder.rglob("page.html"))
-    assert said("inspect/video")["printed"] == {"file": "DATA/video/walk_crop.mp4"}
-    assert said("live")["said"] == ["watching"]
-    assert said("live")["streamed"] == {"frame": [0.0, 1.0], "up": [0.0, 1.0, None]}
-    assert compare(folder, folder)

@@ -10,10 +10,9 @@ from commands import pcnet3d, succeeded
 from pcnet3d import process
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core import notices
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.signals.findings import depth_factor, row_findings
+from pcnet3d.pipeline.signals.findings import depth_factor
 from refusals import refused
 
 CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
@@ -90,12 +89,6 @@ def test_what_the_file_does_not_say_is_a_note(walker, tmp_path):
     found = looked_at(tmp_path, walker, time_s=None, frame_index=None)
     assert [said.code for said in found.people[0].findings] == ["frames-not-numbered", "rate-not-stated"]
     assert found.verdict == "good"
-
-
-def test_an_adapters_own_warning_is_passed_on(walker, tmp_path):
-    source = looked_at(tmp_path, walker).people[0].source
-    assumed = notices.notice("scores-all-zero")
-    assert row_findings(source.saying(assumed)) == [assumed]
 
 
 def copied(into, source):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from golden.films import film
-from pcnet3d.adapters import read, video
+from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.reading.find import find_adapter
@@ -108,22 +108,6 @@ def test_exchanged_arguments(save, bodies, keypoints, tmp_path):
             open_take(sources)
 
 
-@pytest.mark.parametrize(
-    ("begins", "said"),
-    [
-        (b"\x89PNG\r\n", "a PNG image"),
-        (b"\x1f\x8b\x08", "gzip"),
-    ],
-)
-def test_files_of_other_kinds_are_named(tmp_path, begins, said):
-    path = tmp_path / "clip.mp4"
-    path.write_bytes(begins + bytes(100))
-    with pytest.raises(InputError, match=said):
-        video.read(path)
-    with pytest.raises(InputError, match=said):
-        read(path)
-
-
 @pytest.mark.parametrize("name", ["", "poses.npz"])
 @pytest.mark.parametrize("gives", ["poses", "keypoints", None])
 def test_results_of_a_run_are_told_from_files_of_others(tmp_path, name, gives):
@@ -153,13 +137,3 @@ def test_devices_and_pipes_are_no_files(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with refused("cannot-open"):
         find_adapter(tmp_path / "pipe")
-
-
-@pytest.mark.parametrize(
-    "begins", [b"MATLAB 7.3 MAT-file, Platform: GLNXA64", b"MATLAB 5.0 MAT-file", b"\x89HDF\r\n\x1a\n"]
-)
-def test_files_of_matlab_are_named(tmp_path, begins):
-    path = tmp_path / "annot.mat"
-    path.write_bytes(begins + bytes(600))
-    with refused("format-unknown", "save the joints as .npy"):
-        read(path)

@@ -149,17 +149,6 @@ def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(output, mmpose,
     assert (output / "1" / "notes.txt").exists()
 
 
-def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
-    options = RunOptions(poses=mmpose(), fps=30, person="0", stature=1.7, camera="moving", no_frames=True)
-    take = run_files(options, tmp_path / "out", recipe)
-    summary = json.loads((tmp_path / "out" / SUMMARY).read_text())
-    assert summary["poses"]["unit"] == "m"
-    assert summary["rectification"]["camera"] == "moving"
-    assert not take.told.images
-    with pytest.raises(InputError, match="--also mp4"):
-        run_files(options.with_(also=("mp4",)), tmp_path / "out", recipe)
-
-
 def test_the_options_are_those_of_the_command(mmpose, tmp_path):
     """A stature, a filter, a rectifier, a file more and stages less reach both."""
     recipe_of(tmp_path / "short.toml", *STAGES)

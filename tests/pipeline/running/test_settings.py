@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from pcnet3d.pipeline import InputError, Told, load_recipe
 from pcnet3d.pipeline.reading.settings import RunOptions, flag_of
@@ -169,11 +168,6 @@ def test_a_figure_that_cannot_be_is_refused_where_it_is_told(field, values, flag
     for value in values:
         with refused("bad-value", flag):
             Told(**{field: value})
-
-
-def test_options_do_not_change():
-    with pytest.raises(ValidationError):
-        RunOptions().fps = 30  # type: ignore[misc]
 
 
 def test_the_session_is_what_is_told_of_it():

@@ -10,22 +10,12 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from pcnet3d.models.lab.bench import of_poses
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.drawing.rerun_file import recording_file
 from pcnet3d.stages.study.live.frames import LivePose
 from pcnet3d.stages.study.live.recording import live_recording
 from pcnet3d.stages.study.live.source import Shot
 from refusals import refused
-
-_COMMAND = """
-from collections import namedtuple
-import pcnet3d.pipeline.files.atomic as atomic
-from pcnet3d.pipeline import cli
-usage = namedtuple("usage", "total used free")
-atomic.shutil.disk_usage = lambda place: usage(1 << 40, 0, 1 << 40)
-cli.main()
-"""
 
 
 @pytest.fixture
@@ -47,32 +37,6 @@ def small_disk(tmp_path):
     yield mount
     for place in mounted:
         subprocess.run(["umount", str(place)], check=True)
-
-
-@pytest.fixture(scope="module")
-def inputs(tmp_path_factory):
-    return of_poses(tmp_path_factory.mktemp("inputs"), 2000)
-
-
-def _run(inputs, place, *arguments):
-    """pcnet3d, told that there is room, so that the disk becomes full in the middle of the work."""
-    return subprocess.run(
-        [sys.executable, "-c", _COMMAND, *arguments],
-        capture_output=True, text=True, check=False, cwd=place,
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("kilobytes", [64, 1500, 3000, 5000])
-def test_a_run_ends_where_its_disk_becomes_full(small_disk, inputs, kilobytes):
-    place = small_disk(kilobytes)
-    done = _run(
-        inputs, place, "run", "--poses", str(inputs.poses), "--keypoints", str(inputs.keypoints),
-        "--fps", "30", "--also", "csv", "-o", str(place / "out"),
-    )  # fmt: skip
-    assert done.returncode == 2, done.stderr
-    assert "could not be" in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not (place / "out").exists()
 
 
 def test_a_recording_tells_a_full_disk_while_it_is_written(small_disk):
