@@ -49,11 +49,9 @@ class Sets:
 
 @dataclass(frozen=True)
 class Tells:
-    """That a value is no stage's option but told of the recording, as this field of pipeline.core.take.Told.
-    by_reading: whether reading the files heeds it, so that no stage has to."""
+    """That a value is no stage's option but told of the recording, as this field of pipeline.core.take.Told."""
 
     field: str
-    by_reading: bool = False
 
 
 def _option(panel: str, text: str, *names: str) -> Any:
@@ -155,7 +153,7 @@ class RunOptions(BaseModel):
         _option(
             _INPUT, "Frames per second, if no file states them or the stated rate is wrong (slow motion)."
         ),
-        Tells("fps", by_reading=True),
+        Tells("fps"),
     ] = None
     time_range: Annotated[
         tuple[float, Annotated[float, AllowInfNan()]] | None,
@@ -184,7 +182,7 @@ class RunOptions(BaseModel):
             _PERSON,
             "Which person: an ID in the file, longest or largest.",
         ),
-        Tells("person", by_reading=True),
+        Tells("person"),
     ] = None
     everyone: Annotated[
         bool, _option(_PERSON, "Process everybody who is visible, each into a folder.", "--everyone")
@@ -235,9 +233,9 @@ class RunOptions(BaseModel):
     pitch: Annotated[float | None, Tells("pitch_deg")] = None
     roll: Annotated[float | None, Tells("roll_deg")] = None
     gravity: Annotated[tuple[float, float, float] | None, _parts(",", "X,Y,Z"), Tells("gravity")] = None
-    handedness: Annotated[Handedness, Tells("handedness", by_reading=True)] = "refuse"
-    check: Annotated[Check, Tells("check", by_reading=True)] = "refuse"
-    swaps: Annotated[Swaps, Tells("swaps", by_reading=True)] = "report"
+    handedness: Annotated[Handedness, Tells("handedness")] = "refuse"
+    check: Annotated[Check, Tells("check")] = "refuse"
+    swaps: Annotated[Swaps, Tells("swaps")] = "report"
     missing: Missing = "refuse"
     first_frame: int | None = None
     keypoints_adapter: str = "auto"

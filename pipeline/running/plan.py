@@ -63,21 +63,21 @@ def checked_setting(name: str, value: Any) -> Any:
 
 
 def _check_read(told: Told, recipe: Recipe) -> None:
-    """InputError for something told that no stage of the recipe reads."""
-    asked = {name: tells.field for name, tells in TOLD.items() if not tells.by_reading}
-    given = {name: field for name, field in asked.items() if getattr(told, field) is not None}
-    read = {field for entry in recipe.stages for field in _reads(entry.use)} if given else set()
-    for name, field in given.items():
-        if field not in read:
-            readers = [f"'{stage}'" for stage in registry.registered("stages") if field in _reads(stage)]
-            raise InputError(
-                "option-conflict",
-                f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have.",
-            )
-
-
-def _reads(stage: str) -> tuple[str, ...]:
-    return getattr(registry.load("stages", stage), "reads", ())
+    """InputError for something told that stages read, but none of the recipe. The rest is heeded by reading."""
+    silent = Told()
+    for name, tells in TOLD.items():
+        if getattr(told, tells.field) != getattr(silent, tells.field):
+            readers = [
+                stage
+                for stage in registry.registered("stages")
+                if tells.field in getattr(registry.load("stages", stage), "reads", ())
+            ]
+            if readers and not any(map(recipe.has, readers)):
+                named = " or ".join(f"'{stage}'" for stage in readers)
+                raise InputError(
+                    "option-conflict",
+                    f"{flag_of(name)} is for the stage {named}, which this run does not have.",
+                )
 
 
 def _require(recipe: Recipe, stage: str, what: str) -> None:
