@@ -19,9 +19,10 @@ from ..place.flights import GRAVITY, flown
 
 _STATURE_M = 1.7  # of an adult; of people 1.2 to 2 m tall gravity's fall is within a fifth of the clock
 _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and more
-# Seconds in which a leg swings: 0.37 to 0.63 in 60 lifted walks of validation people, slow ones among them; 0.20 and
-# more in runs. A leg that hangs and falls takes 0.7 to 0.8. With these limits none of 1,127 captured takes is doubted.
-_QUICKEST, _SLOWEST = {"walk": 0.25, "run": 0.19}, 0.66
+# Seconds in which a leg swings: 0.33 to 0.63 in 68 lifted walks of validation and training people, slow ones among
+# them; 0.20 and more in runs. A leg that hangs and falls takes 0.7 to 0.8. With these limits none of 1,127 captured
+# takes is doubted.
+_QUICKEST, _SLOWEST = {"walk": 0.3, "run": 0.19}, 0.66
 _USUAL = {"walk": 0.43, "run": 0.28}
 # A stance is so many times as long as a swing: 1.39 and more in these walks. A foot is higher in a swing of a walk than
 # in a stance by less than so many lengths of a leg, in a skip by more. Many runs are such too, but with knees bent:
@@ -31,6 +32,7 @@ _REACH = (0.6, 1.25)  # lengths of a leg, that a foot goes: 0.6 to 1.17 in these
 _STEP = 0.3  # the same, that a foot goes there and back at least
 _UPRIGHT = 0.7  # cosine of the trunk
 _EVEN = 1.35  # third over first quartile of these times
+_FEWEST_ROWS = 4  # of a swing; quicker ones are noise
 _FEWEST = 2  # swings, and stances, of both legs
 
 
@@ -111,7 +113,7 @@ def _gait(level: PoseSequence) -> _Gait | None:
         if not late < _EVEN * early:
             return None
     (swing_s, reach, lift), (stance_s, _, below) = (np.median(each, axis=0) for each in (swing, stance))
-    if not _REACH[0] < reach < _REACH[1]:
+    if not _REACH[0] < reach < _REACH[1] or swing_s * level.fps < _FEWEST_ROWS:
         return None
     knee_deg = float(np.nanmedian(np.fmin(*knees_deg)))
     return _Gait(float(swing_s), float(stance_s), float(reach), float(lift - below), backwards, knee_deg)

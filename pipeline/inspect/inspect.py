@@ -21,12 +21,7 @@ from ..reading.load import load
 from ..reading.normalise import Guards
 from ..signals.altered import altered
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
-from ..signals.findings import (
-    depth_factor,
-    pose_findings,
-    row_findings,
-    swap_findings,
-)
+from ..signals.findings import pose_findings, row_findings, swap_findings
 from ..signals.swaps import Swap, as_frames, find_swaps
 
 _RECTIFIED = 600  # frames, a second of work; up needs no more
@@ -74,7 +69,6 @@ class Person:
             "seams": list(source.seams),
             "bone_spread": _known(bone_spread(poses)) if poses else None,
             "bone_spreads": spread_of_bones(poses) if poses else None,
-            "depth_factor": _known(depth_factor(poses)) if poses else None,
             "stature_m": _known(implied_stature(poses.joints)) if poses and poses.frame.metric else None,
             "left_and_right": _evidence(self.chirality),
             "swaps": as_frames(source, self.swaps),

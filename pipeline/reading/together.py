@@ -2,7 +2,7 @@
 
 Each pose is placed where its joints lie best on the rays of the keypoints (signals/reprojection.py); how far they are
 off then is least for the frames that belong together: as they are numbered, some frames earlier or later, or by another
-rate.
+rate. A numbering that is right betters every part of a take; by chance one betters some.
 Of 142 lifts of noisy keypoints and six files of other lifters none is off its own keypoints by more than 0.062 of the
 stature, of 60 pairs of different recordings none by less than 0.070. Another shift or rate betters a lift of 70 by a
 factor of 1.05 at most; a shift of five frames, and 25 frames a second for 30, worsen 99 % by more than 1.06.
@@ -27,7 +27,11 @@ _ENOUGH = 20  # rows that both have
 _LAGS = range(-8, 9)
 _USUAL_RATES = (24, 25, 30, 50, 60)
 RATES = sorted({a / b for a in _USUAL_RATES for b in _USUAL_RATES})  # of one video that was made into another
-_OFF, _BETTER = 0.065, 1.06
+_OFF, _BETTER = 0.065, 1.1
+# Parts of a take, in nearly all of which a numbering is better that is right.
+_PARTS, _BETTER_PARTS = 6, 4
+# Of how far off the same keypoints are in another order: from this share on they show no more than anybody's.
+_AS_ANYBODYS = 0.55
 # Without the image's size the camera is taken to be far away: of 40 sound lifts one is 0.085 off and the others 0.06 at
 # most, none is better elsewhere by more than 1.03; of pairs of different recordings none is off by less than 0.079.
 _OFF_UNSIZED = 0.09
@@ -37,19 +41,23 @@ _FAR_SIZE, _FAR_PX = (200_000, 200_000), 1e6
 @dataclass(frozen=True)
 class Fit:
     """off: median distance of joints from the rays of their keypoints, in statures, as numbered. best: the same where
-    the poses' numbers grow `rate` times as fast and the first is `lag` frames later. sized: whether the image's size is
+    the poses' numbers grow `rate` times as fast and the first is `lag` frames later; parts: of the take, of _PARTS,
+    which are better then. anybodys: the same of the keypoints half a take later. sized: whether the image's size is
     known."""
 
     off: float
     best: float
+    parts: int
     lag: int
     rate: float
+    anybodys: float
     sized: bool
 
     @property
     def elsewhere(self) -> bool:
         """Whether they belong together at another shift or rate."""
-        return (abs(self.lag) > 1 or self.rate != 1) and self.off > _BETTER * self.best
+        changed = abs(self.lag) > 1 or self.rate != 1
+        return changed and self.off > _BETTER * self.best and self.parts >= _BETTER_PARTS
 
     def notice(self) -> Notice | None:
         """What is said where they are not of the same frames or person; None where they are."""
@@ -61,7 +69,7 @@ class Fit:
             else:
                 way = "later" if self.lag > 0 else "earlier"
                 how = f"; {abs(self.lag)} frames {way} they fit {fits}"
-        elif self.off > (_OFF if self.sized else _OFF_UNSIZED):
+        elif self.off > max(_OFF if self.sized else _OFF_UNSIZED, _AS_ANYBODYS * self.anybodys):
             how = ""
         return None if how is None else notice("keypoints-not-of-poses", off_percent=100 * self.off, how=how)
 
@@ -83,14 +91,21 @@ def together(
         keypoints = _centred(keypoints)
     camera = Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if focal_px else "prior")
     each = _Compared(poses, keypoints, camera, stature)
-    numbered = each.off(0, 1.0) if len(each.at) else None
-    if numbered is None:
+    ways = [(lag, 1.0) for lag in _LAGS] + [(0, rate) for rate in RATES if rate != 1]
+    by_way = {(lag, rate): each.off(each.numbered(lag, rate)) for lag, rate in ways} if len(each.at) else {}
+    offs = {way: _median(off) for way, off in by_way.items() if np.isfinite(off).sum() >= _ENOUGH}
+    if (0, 1.0) not in offs:
         return None
-    others = {(lag, 1.0): each.off(lag, 1.0) for lag in _LAGS}
-    others |= {(0, rate): each.off(0, rate) for rate in RATES if rate != 1}
-    offs = {key: float(np.median(off)) for key, off in others.items() if off is not None}
-    lag, rate = min(offs, key=lambda key: (offs[key], abs(key[1] - 1), abs(key[0])))
-    return Fit(offs[0, 1.0], offs[lag, rate], lag, rate, image_size is not None)
+    lag, rate = min(offs, key=lambda way: (offs[way], abs(way[1] - 1), abs(way[0])))
+    numbered, best = by_way[0, 1.0], by_way[lag, rate]
+    gains = np.array_split((numbered - best)[np.isfinite(numbered - best)], _PARTS)
+    parts = sum(bool(part.mean() > 0) for part in gains if len(part))
+    anybodys = _median(each.off(np.roll(each.at, len(each.at) // 2)))
+    return Fit(offs[0, 1.0], offs[lag, rate], parts, lag, rate, anybodys, sized=image_size is not None)
+
+
+def _median(off: np.ndarray) -> float:
+    return float(np.median(off[np.isfinite(off)])) if np.isfinite(off).any() else np.inf
 
 
 def _centred(keypoints: PoseSequence) -> PoseSequence:
@@ -121,20 +136,23 @@ class _Compared:
         self.at = poses.frame_index[rows].astype(np.float64)
         self.joints = (poses.joints[rows][:, use] / stature).astype(np.float64)
 
-    def off(self, lag: int, rate: float) -> np.ndarray | None:
-        """(N,) how far poses are off the rays, in statures, once their numbers are changed; of one that fits nowhere
-        before the camera a whole stature. None for too few."""
-        rays, trust = self._rays(lag, rate)
+    def numbered(self, lag: int, rate: float) -> np.ndarray:
+        """(N,) the poses' numbers where they grow `rate` times as fast and the first is `lag` later."""
+        return self.at[0] + (self.at - self.at[0]) * rate + lag
+
+    def off(self, frames: np.ndarray) -> np.ndarray:
+        """(N,) how far poses are off the rays of these frames (N,), in statures; of one that fits nowhere before the
+        camera a whole stature, NaN for too few joints."""
+        rays, trust = self._rays(frames)
         compared = (is_finite(rays) & is_finite(self.joints)).sum(axis=1) >= FEWEST
-        square = (off_rays(rays, self.joints, trust)[compared] ** 2).sum(axis=-1)
+        square = (off_rays(rays, self.joints, trust) ** 2).sum(axis=-1)
         joints = np.isfinite(square).sum(axis=1)
         off = np.where(joints > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(joints, 1)), 1.0)
-        return off if len(off) >= _ENOUGH else None
+        return np.where(compared, off, np.nan)
 
-    def _rays(self, lag: int, rate: float) -> tuple[np.ndarray, np.ndarray]:
-        """(N, J, 2) rays of the poses' rows and (N, J) the trust in them, once the poses' numbers are changed; between
-        two of the keypoints' rows on a line, NaN where there are none."""
-        frames = self.at[0] + (self.at - self.at[0]) * rate + lag
+    def _rays(self, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N, J, 2) rays of these frames and (N, J) the trust in them; between two of the keypoints' rows on a line,
+        NaN where there are none."""
         after = np.searchsorted(self.frames, frames).clip(1, max(len(self.frames) - 1, 1))
         before = after - 1
         share = (frames - self.frames[before]) / (self.frames[after] - self.frames[before])

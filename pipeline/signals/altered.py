@@ -61,7 +61,8 @@ _TREMBLES, _TREMBLES_UNCUT, _UNCUT = 0.006, 0.015, 1.5
 # At a regular row movements are longer than the mean of those beside them by this logarithm, and in so large a share
 # longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth row is lost it is 0.37
 # to 1.0.
-_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
+_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 18
+_PERIODS = range(2, 7)  # 60 frames a second made into 50, 48, 40 and 30
 _HELD = 12.0  # times as long as those between: rows that repeat, as of a slowed video
 _SCORE = 0.3  # of a keypoint that was seen
 _HELD_ROWS = (0.02, 0.5)  # of the rows, that repeat the one before, from which it is suspicious, and unusable
@@ -326,7 +327,7 @@ def _period(length: np.ndarray) -> int:
     long = np.log(np.maximum(length, 1e-9))
     long = long[1:-1] - (long[:-2] + long[2:]) / 2
     longer_at: dict[int, float] = {}
-    for every in range(2, 11):
+    for every in _PERIODS:
         for first in range(every):
             these, others = long[first::every], np.delete(long, np.s_[first::every])
             if len(these) < _FEWEST_OWN:

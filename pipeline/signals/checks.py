@@ -63,7 +63,7 @@ class Chirality:
 
     @property
     def verdict(self) -> str:
-        """ "good", "doubtful" (one cue, weak evidence or none), "legs against arms", or "wrong" (both cues, or
+        """ "good", "doubtful" (one cue, few frames or none), "legs against arms", or "wrong" (both cues, or
         the knees alone where no nose is known)."""
         no_nose = self.nose_votes == 0
         against = (no_nose or self.nose <= _STRONG, self.knees <= _STRONG)
@@ -74,7 +74,7 @@ class Chirality:
             return "wrong"
         shares = np.array([self.nose, self.knees, self.arms_legs])
         unseen = no_nose and self.knee_votes == 0
-        return "doubtful" if unseen or (shares < 0.5).any() else "good"
+        return "doubtful" if unseen or (shares <= _STRONG).any() else "good"
 
     def __str__(self) -> str:
         votes_of = {

@@ -208,7 +208,10 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
         reason = f"these poses{by} were not compared with ground truth"
         return [notice("errors-unknown", what="the gait figures", reason=reason)]
     style = style_of(time_values(gait))
-    texts = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
+    texts = {
+        "stance_percent": "a stance of {:.0f} % of the stride",
+        "step_time_s": "a step time of {:.2f} s, if the frame rate is right (--fps)",
+    }
     beyond = " and ".join(texts[name].format(style[name]) for name in errors.beyond(gait.kind, style))
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 

@@ -15,10 +15,13 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 from accidents.edits import edits
 from accidents.judge import Outcome, codes_of, judged, shares
 from accidents.material import bases, honest, run
 
+from pcnet3d.models.lab.evaluation.evaluate import note_look
+from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.take import Take
 
@@ -37,9 +40,17 @@ def main() -> int:
     parser.add_argument("folder", type=Path, help="where finished ones are kept")
     parser.add_argument("--only", default="", help="edits and takes whose name has this pattern")
     parser.add_argument("--part", default="", help='"first", "chosen by", "looked at once" or "last"; all')
-    parser.add_argument("--honest", type=int, default=300, help="how many honest takes")
+    parser.add_argument(
+        "--people", choices=("val", "train", "test", "real"), default="val", help="of honest takes"
+    )
+    parser.add_argument("--each", type=int, default=9, help="honest takes of every person")
     parser.add_argument("--every", type=int, default=1, help="only every so many-th edit")
+    parser.add_argument("--because", default="", help="why test people are looked at; goes to the ledger")
     given = parser.parse_args()
+    if (given.people == "test") != bool(given.because):
+        parser.error(
+            "test people are looked at rarely: give --because REASON with --people test, and only then"
+        )
     outcomes = _edits(given)
     for each in outcomes:
         print(f"{each.ended:22} {each.edit:60} {', '.join(each.codes)} | {', '.join(each.changed[:4])}")
@@ -53,7 +64,11 @@ def main() -> int:
         print(
             f"| {kind} | {of['refused']} | {of['told']} | {of['fine'] + of['unchanged']} | {of['changed unsaid']} |"
         )
-    alarms, takes = _honest(given)
+    alarms, of_person = _honest(given)
+    if given.because:
+        command = f"python -m accidents --people test --each {given.each}"
+        note_look(given.folder, command, [load_lifter("pcnet3d").method], given.because)
+    takes = sum(map(len, of_person.values()))
     for name, codes in alarms.items():
         print(f"false alarm: {name}: {', '.join(codes)}")
     told, asked = shares(outcomes)
@@ -61,7 +76,11 @@ def main() -> int:
         f"{len(outcomes)} edits; of {asked} that change a stated figure or are refused "
         f"{told} are refused or told: {told / max(asked, 1):.1%}"
     )
-    print(f"of {takes} honest takes {len(alarms)} get a new notice: {len(alarms) / max(takes, 1):.1%}")
+    print(
+        f"of {takes} honest takes {len(alarms)} get a new notice or are refused: {len(alarms) / max(takes, 1):.1%}"
+    )
+    weighed = np.mean([np.mean(of) for of in of_person.values()]) if of_person else 0.0
+    print(f"of {len(of_person)} people, weighed equally: {weighed:.1%}")
     return int(told < 0.95 * asked or len(alarms) > 0.02 * takes)
 
 
@@ -85,11 +104,11 @@ def _edits(given: argparse.Namespace) -> list[Outcome]:
     return outcomes
 
 
-def _honest(given: argparse.Namespace) -> tuple[dict[str, list[str]], int]:
-    path = given.folder / "honest.jsonl"
-    done, count = _kept(path), 0
-    alarms = {}
-    for name, take in honest(given.honest):
+def _honest(given: argparse.Namespace) -> tuple[dict[str, list[str]], dict[str, list[bool]]]:
+    """False alarms by take, and of each person which takes have one."""
+    path = given.folder / f"honest_{given.people}.jsonl"
+    done, alarms, of_person = _kept(path), dict[str, list[str]](), dict[str, list[bool]]()
+    for who, name, take in honest(given.people, given.each) if given.each else ():
         if name not in done:
             try:
                 codes = sorted(codes_of(run(take, given.folder / "run")))
@@ -98,10 +117,11 @@ def _honest(given: argparse.Namespace) -> tuple[dict[str, list[str]], int]:
             done[name] = {"edit": name, "codes": codes}
             with path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(done[name]) + "\n")
-        count += 1
-        if found := NEW.intersection(done[name]["codes"]):
-            alarms[name] = sorted(found)
-    return alarms, count
+        found = [code for code in done[name]["codes"] if code in NEW or code.startswith("refused")]
+        of_person.setdefault(who, []).append(bool(found))
+        if found:
+            alarms[name] = found
+    return alarms, of_person
 
 
 if __name__ == "__main__":

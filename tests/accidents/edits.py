@@ -15,7 +15,7 @@ from .material import Bases, Given
 from .slips import CHOSEN_BY, LAST, SLIPS
 
 CLOCK = (
-    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts",
+    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "gait-unlike-any-seen",
 )  # fmt: skip
 TOGETHER = (
     "keypoints-not-of-poses", "keypoints-not-of-video",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,14 +13,18 @@ from golden.detections import AS_COCO, coco_tracks
 from golden.lifts import lift
 from pcnet3d.examples.walker import side_camera, walker
 from pcnet3d.examples.walker.files import write_video
-from pcnet3d.models.lab.evaluation.runs import EVALUATION_SETS
-from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, see
-from pcnet3d.models.lab.mocap.clips import data_folder, read_clips
+from pcnet3d.models.lab.evaluation.real_data import read_cameras
+from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
+from pcnet3d.models.lab.mocap.clips import Clip, Subjects, data_folder, person, read_clips
+from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
 from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.frames import CAMERA
 from pcnet3d.pipeline.core.frames import IMAGE as _IMAGE
-from pcnet3d.pipeline.core.layouts import COCO17, H36M17, remap
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, remap
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.core.take import Take
+from pcnet3d.pipeline.files.video_frames import shown_size
+from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.plan import planned
@@ -29,6 +33,13 @@ BED = ("07_03", "08_04", "accad-m1_run", "accad-m1_lift-box", "tennis-jangel_Der
 _WALK_CROP = "lifter/walk_crop.npz"
 _MOST = 240  # frames of a take of the test bed
 _WRITE = ("record", "export", "report")
+People = Literal["val", "train", "test", "real"]
+_PARTS: dict[str, tuple[Subjects, ...]] = {
+    "val": ("val",), "train": ("train",), "test": ("test", "hdm05", "tennis"),
+}  # fmt: skip
+_OTHER_NOISE, _LASTS = 0.015, 0.8  # of the body's height, and correlation from frame to frame
+_LENGTHS = (36, 60, 90, 240, 45)  # rows
+_FIRST_SEED = 40  # of cameras and noise, which no rule was chosen by
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +141,9 @@ def _walk_crop() -> Given:
     return Given(np.arange(len(points)), points, video=video, words=words)
 
 
-def seen_take(clip: Any, bed: str, seed: int) -> Given:
+def seen_take(clip: Clip, bed: Bed, seed: int, noise: Noise | None = None) -> Given:
     """A clip of motion capture as a camera and a detector see it."""
-    take = see(clip, seed, views=BEDS[bed])  # type: ignore[index]
+    take = see(clip, seed, noise=noise, views=BEDS[bed])
     points = _coco(take.keypoints)[:_MOST]
     words = {
         "image_size": take.image_size,
@@ -154,46 +165,99 @@ def _lifted(given: Given) -> Given:
     )
 
 
-def honest(count: int) -> Iterator[tuple[str, Given]]:
-    """Takes that nothing was done to: the test bed before both kinds of cameras, real clips, files of lifters."""
+def honest(people: People, each: int) -> Iterator[tuple[str, str, Given]]:
+    """(person, take, what is given) of takes that nothing was done to, limbs exchanged by a detector neither: `each`
+    takes of every person before one kind of cameras after the other, as keypoints alone, poses alone and both in turn,
+    of 36 to 240 rows. "real": files of detectors and lifters.
+    """
+    if people == "real":
+        yield from ((name.partition(",")[0], name, given) for name, given in _real())
+        return
+    of_person: dict[str, list[Clip]] = {}
+    for clip in (clip for part in _PARTS[people] for clip in read_clips(part)):
+        if len(clip) >= MIN_FRAMES and person(clip) is not None:
+            of_person.setdefault(clip.subject, []).append(clip)
+    for subject, clips in of_person.items():
+        step = max(len(clips) // each, 1)
+        for number in range(each):
+            clip = clips[number * step % len(clips)]
+            bed = tuple(BEDS)[number // 3 % len(BEDS)]
+            given = seen_take(clip, bed, _FIRST_SEED + number, Noise(swap_rate=0.0))
+            given = _cut(given, _LENGTHS[number % len(_LENGTHS)], number)
+            form = ("keypoints", "both", "poses")[number % 3]
+            if form != "keypoints":
+                given = given.with_(poses=_lifted(_by_another(given, number)).poses)
+            given = given.with_(points=None) if form == "poses" else given
+            yield subject, f"{clip.name} {bed} {number} {form}", given
+
+
+def _cut(given: Given, rows: int, seed: int) -> Given:
+    """So many rows of a take, from somewhere in it on."""
+    assert given.points is not None
+    first = int(np.random.default_rng(seed).integers(max(len(given.points) - rows, 0) + 1))
+    return given.with_(points=given.points[first : first + rows], frames=given.frames[:rows])
+
+
+def _by_another(given: Given, seed: int) -> Given:
+    """The same keypoints as another detector, whose errors last for some frames too, would have them."""
+    assert given.points is not None
+    points = given.points.copy()
+    found = (points[..., 2:] > 0).all(axis=-1)
+    size = np.median(
+        [np.ptp(row[there, 1]) for row, there in zip(points[..., :2], found, strict=True) if there.any()]
+    )
+    noise = np.random.default_rng(seed).normal(0, _OTHER_NOISE * size, points[..., :2].shape)
+    for row in range(1, len(noise)):
+        noise[row] = _LASTS * noise[row - 1] + np.sqrt(1 - _LASTS**2) * noise[row]
+    points[..., :2] += np.where(found[..., None], noise, 0.0)
+    return given.with_(points=points)
+
+
+def _real() -> Iterator[tuple[str, Given]]:
+    """(name, what is given) of detectors' and lifters' files of real films, and of captured joints."""
     data = data_folder()
-    crop = _walk_crop()
-    yield "walk_crop", crop
-    yield "walk_crop poses", _lifted(crop)
-    for name in ("boxing", "demo_man"):
+    for name, film in (("boxing", None), ("demo_man", "sports2d_demo.mp4"), ("walk_crop", "walk_crop.mp4")):
         held = np.load(data / f"lifter/{name}.npz")
-        points = held["movenet_kp2d"].astype(float)
-        words = {"image_size": tuple(int(x) for x in held["image_size"]), "fps": 30.0}
-        given = Given(np.arange(len(points)), points, words=words)
-        if name == "demo_man":
-            given = given.with_(video=data / "video/sports2d_demo.mp4")
-        yield name, given
+        words = {"image_size": tuple(int(side) for side in held["image_size"]), "fps": 30.0}
+        frames = np.arange(len(held["movenet_kp2d"]))
+        found = Given(frames, held["movenet_kp2d"].astype(float), words=words)
+        yield f"{name}, MoveNet", found
+        yield f"{name}, MoveNet and lifted", _lifted(found)
+        yield f"{name}, MoveNet beside its video", found.with_(video=film and data / "video" / film)
+        marks = PoseSequence(
+            held["blazepose_kp2d"][..., :2], BLAZEPOSE33, _IMAGE, held["blazepose_kp2d"][..., 2]
+        )
+        world = remap(PoseSequence(held["blazepose_world"], BLAZEPOSE33, CAMERA), H36M17).joints.astype(float)
+        yield from _forms(f"{name}, BlazePose", found.with_(points=_coco(marks), poses=world, unit="m"))
         if name == "boxing":
-            yield "boxing, MotionBERT's", given.with_(poses=held["motionbert"].astype(float))
-    wild = np.load(data / "lifter/motionbert_wild.npz")
-    yield (
-        "cycling, MotionBERT's",
-        Given(
-            np.arange(len(wild["cycling"])),
-            None,
-            wild["cycling"].astype(float),
-            words={"fps": float(wild["fps"][0])},
-        ),
-    )
+            scores = np.clip(held["alphapose_kp2d"][..., 2], 0, 1)
+            marks = PoseSequence(held["alphapose_kp2d"][..., :2], HALPE26, _IMAGE, scores)
+            poses = held["motionbert"].astype(float)
+            yield from _forms(
+                f"{name}, AlphaPose and MotionBERT", found.with_(points=_coco(marks), poses=poses)
+            )
+    cycling = np.load(data / "lifter/motionbert_wild.npz")["cycling"].astype(float)
+    yield "cycling, MotionBERT", Given(np.arange(len(cycling)), None, cycling, words={"fps": 24.0})
     skate = np.load(data / "lifter/mhformer_skating.npz")
-    yield (
-        "skating, MHFormer's",
-        Given(np.arange(291), None, skate["run_a"].astype(float), words={"fps": 25.0}),
+    marks = PoseSequence(skate["run_a_kp2d"], H36M17, _IMAGE)
+    words = {"image_size": (1280, 720), "fps": 25.0}
+    poses = skate["run_a"].astype(float)
+    yield from _forms(
+        "skating, HRNet and MHFormer", Given(np.arange(len(poses)), _coco(marks), poses, words=words)
     )
-    made = 7
-    for seed in range(9):
-        for bed in BEDS:
-            for one in EVALUATION_SETS["val"]:
-                for clip in one.clips():
-                    if made >= count:
-                        return
-                    if len(clip) < MIN_FRAMES:
-                        continue
-                    made += 1
-                    given = seen_take(clip, bed, seed)
-                    yield f"{clip.name} {bed} {seed}", _lifted(given) if made % 4 == 0 else given
+    seen, cameras = np.load(data / "real/pose2sim/truth.npz"), read_cameras(data / "real/pose2sim")
+    for name, camera in cameras.items():
+        points = seen[f"openpose_body25b_{name}"][:, :17].astype(float)
+        words = {"fps": 60.0, "image_size": shown_size(read_video(camera.video))}
+        yield f"balancing, OpenPose, {name}", Given(np.arange(len(points)), points, words=words)
+        yield (
+            f"balancing, OpenPose and lifted, {name}",
+            _lifted(Given(np.arange(len(points)), points, words=words)),
+        )
+
+
+def _forms(name: str, given: Given) -> Iterator[tuple[str, Given]]:
+    """Keypoints alone, poses alone, and both."""
+    yield f"{name}: both", given
+    yield f"{name}: keypoints", given.with_(poses=None, unit="arbitrary")
+    yield f"{name}: poses", given.with_(points=None)

@@ -347,6 +347,7 @@ def _pose_rate(rate: float) -> Callable[..., Given]:
 
 CLOCK = (
     "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "duplicates",
+    "gait-unlike-any-seen",
 )  # fmt: skip
 TOGETHER = ("keypoints-not-of-poses", "keypoints-not-of-video", "poses-against-keypoints")
 SHAPE = (

@@ -55,6 +55,16 @@ def test_slow_motion_and_time_lapse_are_told_by_the_legs(unit):
         assert said.values["fits"] == pytest.approx(30, rel=0.35)
 
 
+def test_legs_that_tremble_from_row_to_row_do_not_walk():
+    """Of two seconds: "the legs of a walk or run swing for 0.03 s, 13 times too quickly"."""
+    poses = walking(1.0)
+    for seed in range(30):
+        trembling = poses.joints[:45].copy()
+        noise = np.random.default_rng(seed).normal(0, 0.3, (45, 2, 3))
+        trembling[:, H36M17.indices(("l_ankle", "r_ankle"))] += noise
+        assert clock_doubts(PoseSequence(trembling, H36M17, LEVEL, time_s=poses.time_s[:45])) == []
+
+
 def test_who_hardly_moves_is_not_in_slow_motion(facing_camera):
     sway = 0.01 * np.sin(np.arange(300) / 40)[:, None, None]
     poses = PoseSequence(facing_camera * (1 + sway), H36M17, LEVEL, time_s=np.arange(300) / 30)

@@ -67,6 +67,29 @@ def test_another_persons_are_told():
     assert together(poses(), keypoints(other), SIZE).notice().code == "keypoints-not-of-poses"
 
 
+def wandering(shape: tuple[int, ...], by: float, seed: int) -> np.ndarray:
+    """Errors that last for some rows, as those of detectors and lifters."""
+    noise = np.random.default_rng(seed).normal(0, by, shape)
+    for row in range(1, len(noise)):
+        noise[row] = 0.8 * noise[row - 1] + 0.6 * noise[row]
+    return noise
+
+
+def test_a_numbering_that_fits_some_of_a_short_take_by_chance_is_not_told():
+    """Takes of a second, of kicks and squats, "fit with numbers that grow 0.96 times as fast"."""
+    for seed in range(20):
+        slowly = np.linspace(4 * seed, 4 * seed + 9, 36).round().astype(int)
+        lifted = poses(BODY[slowly] + wandering(BODY[slowly].shape, 0.03, seed))
+        seen = keypoints(PIXELS[slowly] + wandering(PIXELS[slowly].shape, 3.0, seed + 99))
+        assert not together(lifted, seen, SIZE).elsewhere
+
+
+def test_poses_that_are_off_but_move_with_their_keypoints_are_theirs():
+    fit = together(poses(BODY + wandering(BODY.shape, 0.15, 0)), keypoints(), SIZE)
+    assert fit.off > 0.065
+    assert fit.notice() is None
+
+
 def test_what_is_missing_is_no_fault():
     pixels = PIXELS.copy()
     pixels[:, H36M17.index("l_ankle")] = np.nan

@@ -196,3 +196,10 @@ def test_rows_that_are_lost_regularly_are_told(joints):
     quiet = (WALK.world - WALK.root[:, None])[:120]
     assert "rows-lost" in codes(np.delete(quiet, np.s_[4::5], axis=0))
     assert "rows-lost" not in codes(np.repeat(quiet, 4, axis=0))  # repeated, of a video that was slowed
+
+
+def test_a_joint_that_leaps_at_every_tenth_row_of_a_short_take_loses_none(pixels):
+    """Of a real film with OpenPose's keypoints: "at every 10th row the whole body moves further than in one frame"."""
+    short = pixels[:95].copy()
+    short[5::10, at("r_wrist")] += 200.0
+    assert "rows-lost" not in codes(short)
