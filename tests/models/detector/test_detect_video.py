@@ -9,7 +9,6 @@ import pytest
 from golden.detections import detected, scored
 from golden.films import pressing_ctrl_c
 from pcnet3d.adapters.keypoints import read as read_keypoints
-from pcnet3d.adapters.keypoints import sniff
 from pcnet3d.adapters.video import read as read_video
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.models.detector.load import load_detector
@@ -256,15 +255,6 @@ def test_uneven_time_stamps_are_the_videos(film, toys, toy):
     found = detect(film([toys.scene(box) for box in toys.walking(6)], stamps_ms=stamps), load_detector(toy))
     np.testing.assert_allclose(found.people()[0].times, np.array(stamps) / 1000)
     assert off(found, toys, toys.walking(6)) < 1.5
-
-
-def test_what_is_saved_is_read_again(walk_film, toy, tmp_path):
-    found = detect(walk_film, load_detector(toy), "source")
-    found.save(tmp_path / "keypoints.npz")
-    assert same(load_detections(tmp_path / "keypoints.npz"), found)
-    assert sniff(tmp_path / "keypoints.npz")
-    (person,) = read_keypoints(tmp_path / "keypoints.npz")
-    np.testing.assert_array_equal(person.joints, found.joints)
 
 
 @pytest.mark.parametrize("harm", ["cut", "text", "object", "joints", "empty"])

@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 from golden.detections import detected, scored
-from golden.films import film_of, pressing_ctrl_c
+from golden.films import film_of
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.video import read as read_video
-from pcnet3d.models.detector import video as detect_video
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.repeated import repeated
 from pcnet3d.models.detector.scene_cuts import Glance
 from pcnet3d.models.detector.video import detect
-from pcnet3d.pipeline.files.detections import load_detections
 
 MOVES, NOT = [40.0] * 6, [1.0] * 10
 PADDED = np.arange(1, 51) * 4 // 5  # images shown, of 24 frames a second in 30
@@ -154,15 +152,3 @@ def test_only_images_in_which_the_person_is_seen_count(shown, toy):
     assert repeats(0, 39) == [(9, 39)]
     assert repeats(10, 39) == [(9, 29)]
     assert repeats(0, 19) == repeats(29, 39) == repeats(5, 5) == []
-
-
-@pytest.mark.parametrize("stop", [18, 19, 24, 28, 29])
-def test_a_stopped_detection_goes_on_within_a_stall(shown, toy, tmp_path, monkeypatch, stop):
-    film, path = shown(STALLED), tmp_path / "part.npz"
-    whole = detect(film, load_detector(toy))
-    with monkeypatch.context() as patched:
-        patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
-        detect(film, load_detector(toy), keep=lambda found: found.save(path))
-    resumed = detect(film, load_detector(toy), resume=load_detections(path))
-    for name in ("repeated", "change", "frame_index", "joints"):
-        np.testing.assert_array_equal(getattr(resumed, name), getattr(whole, name))

@@ -5,10 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
 from pcnet3d.models.gait.events import Stance, Step, walks
-from pcnet3d.models.gait.gait import Gait, find_gait, time_values
+from pcnet3d.models.gait.gait import Gait, time_values
 from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
@@ -201,14 +200,6 @@ def test_how_much_of_a_step_is_depth_is_by_where_the_person_faces(off_deg, depth
     turning[::3] = np.nan
     assert depth_of_steps(turning, TIME, gait.walks) == pytest.approx(depth, abs=1e-9)
     assert np.isnan(depth_of_steps(np.nan * turning, TIME, gait.walks))
-
-
-def test_a_body_that_stands_has_no_walk():
-    walk = walker(seconds=2)
-    body = np.repeat((walk.world - walk.root[:, None])[-1:], 90, axis=0)
-    gait = find_gait(body, np.arange(90) / 30)
-    assert gait.walks == []
-    assert gait.kind == "none"
 
 
 @pytest.mark.parametrize(("towards", "share"), [(1.0, 0.75), (0.0, 0.0)])

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from golden.ups import stated_deg, up_of
 from pcnet3d.models.gravity import direction, fuse, pool, take_up
 from pcnet3d.models.gravity.evidence import IMAGE, Evidence, held, of_image
-from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
+from pcnet3d.models.gravity.fusion import decide, fused_up
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg
 from pcnet3d.pipeline.core.rotations import angle_deg
@@ -97,12 +97,6 @@ def test_the_shares_are_how_far_up_goes_with_each_source():
     assert found.error_deg == pytest.approx(4 / np.sqrt(2), rel=0.01)
 
 
-def test_the_error_of_two_is_less_than_that_of_either():
-    found, _ = fused(votes(12), look(12, sd_deg=4.0))
-    alone = take_up(votes(12), np.full(len(TIMES), 7.0), TIMES)
-    assert found.error_deg < min(alone.error_deg, look(12, sd_deg=4.0).error_deg)
-
-
 def test_an_image_with_many_lines_wins_over_leaning_bodies_and_both_are_named():
     found, (warning,) = fused(votes(50), look(20))
     assert angle_deg(found.up, up_of(20)) < 0.1
@@ -161,17 +155,6 @@ def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
     assert angle_deg(found.up, up_of(22, 26)) < 0.5
 
 
-def test_chi_square_counts_errors():
-    bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
-    near, far = chi_square(bodies, look(12)), chi_square(bodies, look(30))
-    pitch, roll = stated_deg(bodies.up, pool(votes(10), np.full(len(TIMES), 7.0), TIMES).error_deg)
-    assert far == pytest.approx((angle_deg(bodies.up, up_of(30)) ** 2) / (pitch**2 + 0.36), rel=0.05)
-    assert near < 13.8
-    rolled = chi_square(bodies, look(10, 20))
-    assert rolled > 2 * far  # by as many degrees of roll, which bodies show better
-    assert rolled == pytest.approx(20**2 / (roll**2 + 0.36), rel=0.15)
-
-
 def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
     bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
     for heard, image in ((bodies, None), (fuse([]), look(10)), (bodies, look(10))):
@@ -191,12 +174,6 @@ def test_told_gravity_that_is_off_is_believed_and_said():
 
 def test_told_gravity_that_agrees_says_nothing():
     assert fused(votes(12), look(11), [direction("gravity vector", up_of(10), 1.0)])[1] == ()
-
-
-def test_without_bodies_the_image_alone_answers():
-    found, warnings = fused(np.full((len(TIMES), 3), np.nan), look(10))
-    assert not warnings
-    assert angle_deg(found.up, up_of(10)) < 1e-3
 
 
 def test_how_cameras_are_held():

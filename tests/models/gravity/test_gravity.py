@@ -21,7 +21,6 @@ from pcnet3d.models.gravity import (
 from pcnet3d.models.gravity.evidence import Evidence, about, radius_90
 from pcnet3d.models.gravity.seen import of_frames
 from pcnet3d.models.gravity.votes import (
-    OWN_LEAN_DEG,
     RAISED_LEAN_DEG,
     STATED_LEAN_DEG,
     TILT_SHARE,
@@ -73,20 +72,6 @@ def test_votes_that_are_turned_turn_their_mean_and_nothing_else(seed):
     np.testing.assert_allclose(turned.up, Q @ straight.up, atol=1e-5)
     # Effective numbers are not exactly the same: no two directions across a sphere's point are everywhere the same.
     assert turned.error_deg == pytest.approx(straight.error_deg, rel=1e-4)
-
-
-@given(seeds, st.floats(-180, 180))
-@settings(max_examples=30, deadline=None)
-def test_a_camera_turned_about_its_view_turns_the_answer_and_nothing_else(seed, turn_deg):
-    """Any other turn changes its pitch, which bodies tell the worse the more the camera looks down or up."""
-    rng = np.random.default_rng(seed)
-    votes, errors = votes_about(up_of(20), 12, 40, rng), rng.uniform(2, 20, 40)
-    Q = Rotation.from_euler("z", turn_deg, degrees=True).as_matrix()
-    straight = take_up(votes, errors, np.arange(40) / 30, [direction("sensor", votes[0], 5.0)])
-    turned = take_up(votes @ Q.T, errors, np.arange(40) / 30, [direction("sensor", Q @ votes[0], 5.0)])
-    np.testing.assert_allclose(turned.up, Q @ straight.up, atol=1e-5)
-    assert turned.error_deg == pytest.approx(straight.error_deg, rel=1e-4)
-    assert turned.shares == pytest.approx(straight.shares, rel=1e-4)
 
 
 @pytest.mark.parametrize("error_deg", [1.0, 8.0, np.nan])
@@ -157,12 +142,6 @@ def test_a_frame_without_a_vote_changes_nothing():
     np.testing.assert_array_equal(pooled.up, clean.up)
     assert (pooled.error_deg, pooled.effective) == (clean.error_deg, clean.effective)
     assert (pooled.weights[~there] == 0).all()
-
-
-def test_without_any_evidence_nothing_is_known():
-    up = take_up(np.full((5, 3), np.nan), constant(4, 5), np.arange(5.0))
-    assert np.isnan([*up.up, up.error_deg, up.bound_deg]).all()
-    assert up.shares == {}
 
 
 @pytest.mark.parametrize("how", ["in turn", "one after the other", "now and then"])
@@ -267,11 +246,6 @@ def test_their_error_grows_with_the_pitch_and_not_with_the_roll():
     assert whole[0] < whole[1] < whole[2]
 
 
-def test_a_persons_own_lean_stays_however_sure_the_votes_are():
-    np.testing.assert_allclose(pitch_roll_error_deg(UP, 0.0), 0)
-    assert bodies_say(UP, 0.0).information[0, 0] == pytest.approx(2 / np.radians(OWN_LEAN_DEG) ** 2)
-
-
 def test_who_leans_leans_to_the_front_or_the_back_and_more_under_raised_arms():
     """Before the camera that is its pitch, from the side its roll."""
     standing = np.zeros((30, 17, 3))
@@ -296,13 +270,6 @@ def test_straight_down_or_up_no_direction_is_pitch_and_both_together_are_stated(
     straight, nearly = (fuse([bodies_say(each, 6.0)]) for each in (up, up_of(0.9999 * pitch)))
     np.testing.assert_allclose(straight.up, up, atol=1e-12)
     assert straight.error_deg == pytest.approx(nearly.error_deg, rel=1e-3)
-
-
-def test_what_the_user_knows_is_enough_without_any_frame():
-    up = take_up(np.full((3, 3), np.nan), constant(4, 3), np.arange(3.0), [direction("told", 9.81 * UP, 1.0)])
-    np.testing.assert_allclose(up.up, UP, atol=1e-12)
-    assert up.error_deg == pytest.approx(1.0)
-    assert up.shares == {"told": 1.0}
 
 
 def test_a_take_whose_lifter_is_unsure_states_a_larger_error():

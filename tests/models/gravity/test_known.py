@@ -44,10 +44,6 @@ def test_the_up_of_images_all_along_is_known_and_follows_the_camera(turning):
     assert np.max(angle_deg(known, up)) < 1.0
 
 
-def test_without_images_nothing_is_known(turning):
-    assert known_moving_up(turning[0], GEOMETRIC, []) is None
-
-
 def test_known_for_most_of_a_take_it_is_told_throughout_else_nowhere(turning):
     """Told in some frames only, lifted joints jump where that begins."""
     poses, up = turning

@@ -66,11 +66,6 @@ def test_errors_are_about_as_stated():
     )  # cautious: segments of images are not independent, these are
 
 
-def test_a_told_focal_length_is_kept():
-    segments, _ = world_segments(1, 20, 0, 0.8)
-    assert lines.fits(segments, (0.7, 0.001))[0].focal == pytest.approx(0.7, rel=0.01)
-
-
 def test_one_direction_has_no_second_support():
     segments, _ = world_segments(2, 10, 0, 0.8, shares=(0, 120, 0, 40))
     assert np.sort(lines.support(segments, lines.fits(segments)[0]))[-2] < 15
@@ -94,10 +89,3 @@ def test_the_tangent_directions_are_pitch_and_roll(pitch, roll):
         for axis in (0, 1):
             moved = pitch_roll_deg(up + 1e-4 * plane[:, axis]) - before
             assert moved[axis] > 3 * abs(moved[1 - axis])
-
-
-def test_horizontals_are_level_and_at_right_angles():
-    up = view_rotation(np.array(0.0), np.array(35.0), np.array(10.0))[:, 2]
-    one, other = np.moveaxis(lines.horizontals(up, np.linspace(0, 1.5, 7)), -2, 0)
-    for values in (one @ up, other @ up, (one * other).sum(-1)):
-        np.testing.assert_allclose(values, 0, atol=1e-8)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from golden.lifts import lift
 from pcnet3d.models import rectifier
 from pcnet3d.models.lifter.builtin import network, run
-from pcnet3d.models.lifter.features import CHANNELS, HALF_WINDOW, features, flipped, ray_rotation
+from pcnet3d.models.lifter.features import HALF_WINDOW, features, ray_rotation
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, unit
 
@@ -98,17 +98,6 @@ def test_mirrored_person_gives_the_mirrored_skeleton_with_flip():
     np.testing.assert_allclose(b, a[:, H36M17.mirror] * [-1, 1, 1], atol=1e-5)
 
 
-def test_flipping_features_is_flipping_the_image():
-    pixels = person(20, at=(500, 300))
-    mirrored = pixels[:, H36M17.mirror] * [-1, 1] + [SIZE[0], 0]
-    confidence = np.random.default_rng(0).uniform(size=(20, 17))
-    size, focal = np.array(SIZE, dtype=float), np.array(1500.0)
-    x, _ = features(pixels, confidence, size, focal)
-    y, _ = features(mirrored, confidence[:, H36M17.mirror], size, focal)
-    assert x.shape == (20, CHANNELS)
-    np.testing.assert_allclose(flipped(x), y, atol=1e-5)
-
-
 def test_image_size_does_not_matter():
     small = lift(poses(person(30)), SIZE).joints
     large = lift(poses(person(30) * 2), (3840, 2160)).joints
@@ -180,13 +169,6 @@ def test_frames_that_a_file_leaves_out_count_as_frames():
     blank[20:28] = np.nan
     sparse = PoseSequence(pixels[keep], H36M17, IMAGE, frame_index=keep * 2 + 7)
     np.testing.assert_allclose(lift(sparse, SIZE).joints, lift(poses(blank), SIZE).joints[keep], atol=1e-5)
-
-
-def test_confidences_and_clock_are_kept():
-    keypoints = poses(person(10), confidence=np.full((10, 17), 0.5), time_s=np.arange(10) / 25)
-    lifted = lift(keypoints, SIZE)
-    np.testing.assert_array_equal(lifted.confidence, keypoints.confidence)
-    np.testing.assert_array_equal(lifted.times, keypoints.times)
 
 
 def two_people():

@@ -213,22 +213,3 @@ def test_gaps_of_any_length_are_solved(seen):
     sd = np.sqrt(np.diagonal(covariances(factor), axis1=1, axis2=2))
     assert sd[seen].max() < 0.11
     assert sd[4000].min() > 1
-
-
-def test_covariances_are_blocks_of_the_inverse():
-    rng = np.random.default_rng(3)
-    frames = 12
-    root = rng.normal(size=(frames, 3, 3))
-    information = root @ root.swapaxes(1, 2) + np.eye(3)
-    information[4:6] = 0
-    time_s = np.cumsum(rng.uniform(0.02, 0.06, frames))
-    places = rng.normal(size=(frames, 3))
-    path, factor = smoothed(places, information, time_s, 2.0)
-    # The same path by another way: each place moved a little moves the path by covariance x information.
-    blocks = covariances(factor)
-    for row in (0, 3, 5, 11):
-        for axis in range(3):
-            moved = places.copy()
-            moved[row, axis] += 1.0
-            shift = smoothed(moved, information, time_s, 2.0)[0] - path
-            np.testing.assert_allclose(shift[row], blocks[row] @ information[row][:, axis], atol=1e-5)
