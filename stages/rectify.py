@@ -11,18 +11,12 @@ import numpy as np
 
 from ..models.angle_error.joint_covariance import FOCAL_HEADING, turns_of
 from ..models.common.spread import stated_spread
-from ..models.gravity import (
-    Levelled,
-    Seen,
-    level_moving,
-    level_people,
-    level_static,
-    level_world,
-    take_rotation,
-    told_up,
-    why_not,
-)
+from ..models.gravity.evidence import told_up
+from ..models.gravity.levelling import Levelled, level_moving, level_static, level_world, why_not
 from ..models.gravity.moving import timed
+from ..models.gravity.people import level_people
+from ..models.gravity.person import PersonFrames
+from ..models.gravity.sampling import take_rotation
 from ..models.rectifier.load import Checked, load_rectifier
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
@@ -238,14 +232,14 @@ def _times(source: PoseSequence) -> np.ndarray:
     return np.arange(len(source)) / 30 if source.time_s is None else source.time_s
 
 
-def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> Seen:
+def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> PersonFrames:
     poses, time_s = _in(source.without_feet, CAMERA), _times(source)
     if moving:  # every frame has an up of its own
         R, error_deg = rectifier.rotation(poses.joints)
     else:
         R, error_deg = take_rotation(rectifier, poses.joints, time_s, source.seams)
     name, spread = f"person {source.person}", stated_spread(poses)
-    return Seen(poses.joints, R, error_deg, time_s, source.seams, poses.own_root, name, spread)
+    return PersonFrames(poses.joints, R, error_deg, time_s, source.seams, poses.own_root, name, spread)
 
 
 def _rectified(

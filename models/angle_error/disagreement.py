@@ -15,8 +15,10 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
 from ...pipeline.signals.filters import breaks
 from ..common.spread import stated_spread
-from ..gravity import Seen, TakeUp, take_rotation
+from ..gravity.evidence import TakeUp
 from ..gravity.levelling import level
+from ..gravity.person import PersonFrames
+from ..gravity.sampling import take_rotation
 from ..rectifier.load import load_rectifier
 from .joint_noise import shipped_noise
 from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, growth_of, smoothed, take_angles
@@ -50,7 +52,7 @@ def by_disagreement(
     spread = np.where(has_row, stated_spread(second)[rows], np.nan)
     R, error_deg = take_rotation(load_rectifier("pcnet"), joints, poses.times, poses.seams)
     levelled = level(
-        Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
+        PersonFrames(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
     )
     seams = breaks(poses)
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams)

@@ -14,7 +14,7 @@ from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import rate, runs
 from .evidence import FEET, FLOOR, Evidence
-from .seen import Seen
+from .person import PersonFrames
 from .votes import effective_number
 
 _STANDS_SPEED = 0.15  # statures per second below which an ankle stands
@@ -32,13 +32,15 @@ _STANCE_APART = 0.12  # statures that they must be apart, and
 _STANCE_LEVEL = 0.10  # that one may be higher than the other
 
 
-def of_feet(seen: Seen, up: np.ndarray) -> Evidence | None:
+def of_feet(person: PersonFrames, up: np.ndarray) -> Evidence | None:
     """Of the floor that feet stood on where the root's path is known, else of feet against each other; None where
     neither tells. up: (3,) a first idea."""
     if not is_finite(up):
         return None
-    floor = None if seen.root is None else floor_plane(seen.joints + seen.root[:, None], up, seen.time_s)
-    return floor or level_feet(seen.joints, up, seen.time_s)
+    floor = (
+        None if person.root is None else floor_plane(person.joints + person.root[:, None], up, person.time_s)
+    )
+    return floor or level_feet(person.joints, up, person.time_s)
 
 
 def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evidence | None:

@@ -30,7 +30,7 @@ _LOSER = 0.1
 # Told gravity further than this from everything else is a mistake of the one who tells.
 _TOLD_WIDEST_DEG = 60.0
 _TOLD_ERRORS = 3.0
-# Root mean square error up to which a lifter is told up (models/gravity/known.py), and gains by it.
+# Root mean square error up to which a lifter is told up (levelling.known_up), and gains by it.
 KNOWN_DEG = 3.0
 
 

@@ -10,8 +10,7 @@ import numpy as np
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.core.errors import InputError
 from .evidence import doubtful
-from .lines import Fit, directions, fits, log_before, support, tangent
-from .segments import Segments, segments_of
+from .lines import Fit, Segments, directions, fits, log_before, segments_of, support, tangent
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
 # Pitch and roll that no number of lines makes surer: distortion, walls out of plumb, a principal point off the

@@ -1,6 +1,7 @@
 """From a rectifier's frames to a take: one `up` for a camera that stands still, a smooth one for a camera that moves.
 
-Given up, each frame keeps only its heading, smoothed in time; LEVEL is one upright frame for the take.
+Given up, each frame keeps only its heading, smoothed in time; LEVEL is one upright frame for the take. A lift may rest
+on an up that is known from elsewhere, and not contradicted by the skeletons (`known_up`).
 """
 
 from __future__ import annotations
@@ -11,13 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...pipeline.core.camera import Look
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, unit
+from ...pipeline.plugins.protocols import Rectifier
 from ..common.canonical import R_world_from_body
+from ..common.spread import stated_spread
 from .evidence import Evidence, TakeUp
 from .floor import of_feet
-from .fusion import fused_up
+from .fusion import KNOWN_DEG, fused_up
 from .moving import moving_up
-from .seen import Seen, of_frames, smoothed, trust
+from .person import PersonFrames, of_frames, smoothed, trust
 from .votes import USUAL_SPREAD, pool
 
 # Standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns).
@@ -35,6 +39,7 @@ _FEWEST_FRAMES = 10
 _FROM_IMAGE_DEG = 60.0  # a take's up further from the image's up than this is not believed
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
 _WIDEST_BOUND_DEG = 30.0  # 90 % bound of up beyond which no take is called level
+_VOTES = 300  # frames are enough to see a contradiction
 _VERTICAL_DEG = 1.0  # a camera that looks so steeply has no horizontal direction of view
 
 
@@ -69,42 +74,60 @@ class Levelled:
         return np.full(len(self.votes), self.up.bound_deg)
 
 
-def level_static(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = None) -> Levelled:
+def level_static(person: PersonFrames, told: Sequence[Evidence] = (), look: Look | None = None) -> Levelled:
     """One gravity for the whole take, and the person's heading (level_frame). told: what the user tells; look: what
     the image says."""
-    up = static_up(seen, told, look)
-    levelled = level(seen, up)
-    R_camera_from_level, heading = level_frame(levelled.R_camera_from_body, up.up, seen.time_s)
+    up = static_up(person, told, look)
+    levelled = level(person, up)
+    R_camera_from_level, heading = level_frame(levelled.R_camera_from_body, up.up, person.time_s)
     return replace(levelled, R_camera_from_level=R_camera_from_level, heading=heading)
 
 
-def static_up(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
+def static_up(person: PersonFrames, told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
     """What the frames, the feet, the image and the user say about a static camera's up. Arguments of level_static."""
-    frames = of_frames(seen)
+    frames = of_frames(person)
     first = fused_up(frames, told, look)
-    feet = of_feet(seen, first.up)
+    feet = of_feet(person, first.up)
     return fused_up([feet, *frames], told, look) if feet else first
 
 
-def level_moving(seen: Seen, looks: Sequence[tuple[float, Look]] = ()) -> Levelled:
+def known_up(
+    poses: PoseSequence, rectifier: Rectifier, told: Sequence[Evidence] = (), look: Look | None = None
+) -> np.ndarray | None:
+    """(3,) unit, which way is up in a camera that stands still; None where it is known badly, or by the skeletons more
+    than by anything else, as where an image is not believed. poses: a first lift, H36M17 in CAMERA, that knew nothing
+    of up. told: what the user tells; look: what the image says. InputError as of fusion.decide."""
+    if not told and look is None:
+        return None
+    rows = np.unique(np.linspace(0, len(poses) - 1, min(len(poses), _VOTES)).astype(int))
+    poses = poses.without_feet
+    R, error_deg = rectifier.rotation(poses.joints[rows])
+    person = PersonFrames(
+        poses.joints[rows], R, error_deg, poses.times[rows], spread=stated_spread(poses)[rows]
+    )
+    up = static_up(person, told, look)
+    return up.up if float(up.error_deg) < KNOWN_DEG and up.by_bodies < 0.5 else None
+
+
+def level_moving(person: PersonFrames, looks: Sequence[tuple[float, Look]] = ()) -> Levelled:
     """A smooth gravity for a camera that pans or is carried. LEVEL's heading is the camera's: how the camera turned
     about the vertical cannot be seen from the body alone. looks: of moving.moving_up."""
-    return level(seen, moving_up(seen, looks))
+    return level(person, moving_up(person, looks))
 
 
-def level(seen: Seen, up: TakeUp) -> Levelled:
+def level(person: PersonFrames, up: TakeUp) -> Levelled:
     """With an up that is decided, for the take or each frame, and the camera's heading: -X against its viewing
     direction, made horizontal."""
-    R = upright(seen, np.broadcast_to(up.up, seen.votes.shape))
-    drift_deg, drift_at = drift(seen) if up.up.ndim == 1 else (float("nan"), None)
+    R = upright(person, np.broadcast_to(up.up, person.votes.shape))
+    drift_deg, drift_at = drift(person) if up.up.ndim == 1 else (float("nan"), None)
     return Levelled(
         R,
         camera_frame(up.up),
         rotation_error_deg(
-            R, seen.R_camera_from_body, heading_error_deg(seen.error_deg, seen.spread), up.error_deg
+            R, person.R_camera_from_body, heading_error_deg(person.error_deg, person.spread), up.error_deg
         ),
         up,
-        seen.votes,
+        person.votes,
         "camera",
         drift_deg,
         drift_at,
@@ -162,13 +185,13 @@ def why_not(levelled: Levelled) -> str:
     return wide
 
 
-def upright(seen: Seen, up: np.ndarray) -> np.ndarray:
+def upright(person: PersonFrames, up: np.ndarray) -> np.ndarray:
     """(T, 3, 3) rotations with the given up (T, 3) and the frames' own headings, smoothed on the circle by a Gaussian
     of HEADING_S, weighted by 1 / error^2, never across a clip boundary. NaN stays NaN."""
-    left = level_left(seen.R_camera_from_body, up)
+    left = level_left(person.R_camera_from_body, up)
     fine = is_finite(left) & is_finite(up)
-    weights = np.where(fine, trust(seen.error_deg), 0.0)
-    R = standing(smoothed(np.where(fine[:, None], left, 0.0), weights, seen, HEADING_S), up)
+    weights = np.where(fine, trust(person.error_deg), 0.0)
+    R = standing(smoothed(np.where(fine[:, None], left, 0.0), weights, person, HEADING_S), up)
     return np.where((fine & is_finite(R[:, :, 1]))[:, None, None], R, np.nan)
 
 
@@ -204,10 +227,10 @@ def level_frame(R_camera_from_body: np.ndarray, up: np.ndarray, time_s: np.ndarr
     return from_columns(back, np.cross(up, back), up), how
 
 
-def drift(seen: Seen) -> tuple[float, int | None]:
+def drift(person: PersonFrames) -> tuple[float, int | None]:
     """How far apart the ups of two parts of a take are, and the row where the second begins; NaN and None when their
     own errors, or a change of posture, explain it. The parts are those whose means differ most for their lengths."""
-    votes = seen.votes
+    votes = person.votes
     rows = np.flatnonzero(is_finite(votes))
     count = len(rows)
     if count < 2 * _FEWEST_FRAMES:
@@ -218,7 +241,7 @@ def drift(seen: Seen) -> tuple[float, int | None]:
     between = np.linalg.norm(means[0] - means[1], axis=-1) * np.sqrt(before * (count - before))[:, 0]
     middle = _FEWEST_FRAMES + int(np.argmax(between[_FEWEST_FRAMES - 1 : count - _FEWEST_FRAMES]))
     parts = rows[:middle], rows[middle:]
-    ups = [pool(votes[part], seen.error_deg[part], seen.time_s[part]) for part in parts]
+    ups = [pool(votes[part], person.error_deg[part], person.time_s[part]) for part in parts]
     apart = float(angle_deg(ups[0].up, ups[1].up))
     # The lean of a lifter is shared by both parts; what may differ is the scatter's share.
     own = np.sqrt(sum(up.scatter_deg**2 / up.effective for up in ups))

@@ -21,10 +21,10 @@ from ...pipeline.core.take import Check
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.guard import doubts, guarded
 from ..rectifier.load import load_rectifier
-from .evidence import Evidence, TakeUp
+from .evidence import Evidence, TakeUp, fuse
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
-from .seen import trust
-from .votes import take_up
+from .person import trust
+from .votes import of_votes, pool
 
 LOOK_S, _LOOK_ROWS = (
     3.0,
@@ -53,7 +53,7 @@ class LiveFrame:
 class LiveRectifier:
     """One person before a camera that stands still.
 
-    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled by votes.take_up
+    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled
     whenever a sixteenth of them is new: an early outlier loses its weight once the others are known, and similar frames
     count as few. A frame's cost and memory do not grow. The level line between the feet (floor.level_feet) is not
     used.
@@ -155,7 +155,8 @@ class LiveRectifier:
 
     def _pooled(self) -> TakeUp:
         n = self._count
-        return take_up(self._votes[:n], self._errors_deg[:n], self._times_s[:n], self._others)
+        votes = pool(self._votes[:n], self._errors_deg[:n], self._times_s[:n])
+        return fuse([*self._others, *of_votes(votes)])
 
     def _standing(self, R_frame: np.ndarray, error_deg: float, time_s: float) -> np.ndarray:
         """(3, 3) the frame upright, its heading an exponential mean over the last moments, on the circle."""

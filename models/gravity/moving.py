@@ -12,11 +12,14 @@ from ...pipeline.core.camera import Look
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
+from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import nearest_row
 from ..common.metrics import RAYLEIGH_90
+from ..common.spread import stated_spread
 from .evidence import FRAMES, IMAGE, TakeUp
-from .fusion import settled
-from .seen import Seen, leaning, own_lean, smoothed, trust
+from .fusion import KNOWN_DEG, settled
+from .person import PersonFrames, leaning, own_lean, smoothed, trust
+from .sampling import take_rotation
 from .votes import bodies_covariance, expected_deg, lean_square
 
 _WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
@@ -26,10 +29,10 @@ _LOOK_DEG = 4.0  # looks this far from the middle of their neighbours count half
 _CONTRADICTION = 3.0  # combined errors, median over the frames
 
 
-def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = ()) -> TakeUp:
+def moving_up(person: PersonFrames, looks: Sequence[tuple[float, Look]] = ()) -> TakeUp:
     """The up (T, 3) of each frame. looks: what images say, each with its time in seconds."""
-    bodies = sliding_up(seen)
-    return with_looks(bodies, seen, looks) if looks else bodies
+    bodies = sliding_up(person)
+    return with_looks(bodies, person, looks) if looks else bodies
 
 
 def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]]:
@@ -44,26 +47,53 @@ def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]
     ]
 
 
-def sliding_up(seen: Seen) -> TakeUp:
+def known_moving_up(poses: PoseSequence, rectifier: Rectifier, looks: Sequence[Look]) -> np.ndarray | None:
+    """(T, 3) unit, the smooth up of a camera that moves, or None as of known_up. poses: as there; looks: what its
+    images say.
+
+    Between two clip boundaries it is there throughout or nowhere (NaN), for a lift that is told up in some frames only
+    jumps where that begins: it is there where images tell up well in most frames, and in the others it is what images
+    further away and the skeletons say."""
+    said = timed(looks, poses)
+    if not said:
+        return None
+    poses = poses.without_feet
+    R, error_deg = take_rotation(rectifier, poses.joints, poses.times, poses.seams)
+    person = PersonFrames(poses.joints, R, error_deg, poses.times, poses.seams, spread=stated_spread(poses))
+    bodies = sliding_up(person)
+    up = with_looks(bodies, person, said)
+    # What images leave of the skeletons' error: below this as by_bodies below 0.5.
+    left, half = up.error_deg / np.nan_to_num(bodies.error_deg, nan=np.inf), np.sqrt(0.5)
+    sure_up = np.full((len(poses), 3), np.nan)
+    for start, end in pairwise([0, *poses.seams, len(poses)]):
+        part = slice(start, end)
+        looked_at = any(poses.times[start] <= at <= poses.times[end - 1] for at, _ in said)
+        sure = np.median(np.asarray(up.error_deg)[part]) < KNOWN_DEG
+        if looked_at and sure and np.median(left[part]) < half:
+            sure_up[part] = up.up[part]
+    return sure_up if np.isfinite(sure_up).any() else None
+
+
+def sliding_up(person: PersonFrames) -> TakeUp:
     """The bodies' up, (T, 3), from each frame's neighbours in time; two passes, the second with less weight for votes
     that are far from the first's answer."""
-    fine = is_finite(seen.votes)
-    votes = np.where(fine[:, None], seen.votes, 0.0)
-    trusted = np.where(fine, trust(seen.error_deg), 0.0)
-    up, _, _ = _local_line(votes, trusted, seen)
+    fine = is_finite(person.votes)
+    votes = np.where(fine[:, None], person.votes, 0.0)
+    trusted = np.where(fine, trust(person.error_deg), 0.0)
+    up, _, _ = _local_line(votes, trusted, person)
     apart = np.where(fine, np.nan_to_num(angle_deg(votes, up)), 0.0)
     weights = trusted / (1 + (apart / _VOTE_DEG) ** 2)
-    up, looks, lag_deg = _local_line(votes, weights, seen)
-    expected = expected_deg(seen.error_deg)
+    up, looks, lag_deg = _local_line(votes, weights, person)
+    expected = expected_deg(person.error_deg)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
-    mean, scatter = np.moveaxis(smoothed(square, trusted, seen, _WINDOW_S), -1, 0)
+    mean, scatter = np.moveaxis(smoothed(square, trusted, person, _WINDOW_S), -1, 0)
     spread = np.full(len(votes), np.nan)
-    if seen.spread is not None:
-        has_spread = np.isfinite(seen.spread)
-        stated = np.where(has_spread, seen.spread, 0.0)[:, None]
-        spread = smoothed(stated, np.where(has_spread, trusted, 0.0), seen, _WINDOW_S)[:, 0]
+    if person.spread is not None:
+        has_spread = np.isfinite(person.spread)
+        stated = np.where(has_spread, person.spread, 0.0)[:, None]
+        spread = smoothed(stated, np.where(has_spread, trusted, 0.0), person, _WINDOW_S)[:, 0]
     shared = lean_square(mean, scatter, spread)
-    lean = own_lean(smoothed(leaning(seen, up), weights, seen, _WINDOW_S))
+    lean = own_lean(smoothed(leaning(person, up), weights, person, _WINDOW_S))
     lag = (np.radians(lag_deg) ** 2 / 2)[:, None, None] * (np.eye(3) - up[:, :, None] * up[:, None])
     covariance = bodies_covariance(up, np.sqrt(shared + scatter / looks), lean) + lag
     error_deg = np.degrees(np.sqrt(np.trace(covariance, axis1=1, axis2=2)))
@@ -71,7 +101,7 @@ def sliding_up(seen: Seen) -> TakeUp:
 
 
 def _local_line(
-    votes: np.ndarray, weights: np.ndarray, seen: Seen
+    votes: np.ndarray, weights: np.ndarray, person: PersonFrames
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(T, 3) unit, at each frame the straight line in time through the votes (T, 3) around it, so that a camera that
     turns evenly is followed without lag up to the take's ends; (T,) how many independent votes that is worth; and (T,)
@@ -82,10 +112,10 @@ def _local_line(
     follows an arc to the second order of its angle.
     """
     # From the take's beginning: squares of seconds since 1970 have no digits left for the spread.
-    times = (seen.time_s - seen.time_s[:1])[:, None]
+    times = (person.time_s - person.time_s[:1])[:, None]
     square = (votes**2).sum(-1, keepdims=True)
     columns = np.concatenate([votes, times * votes, times, times**2, square], axis=-1)
-    means = smoothed(columns, weights, seen, _WINDOW_S)
+    means = smoothed(columns, weights, person, _WINDOW_S)
     vote, vote_time, middle, time_square, square = np.split(means, (3, 6, 7, 8), axis=-1)
     spread = np.maximum(time_square - middle**2, 1e-6)  # of the window's frames in time, square seconds
     slope = (vote_time - middle * vote) / spread
@@ -100,16 +130,16 @@ def _local_line(
     return unit(vote + share * slope * off), looks[:, 0], lag_deg[:, 0]
 
 
-def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) -> TakeUp:
+def with_looks(bodies: TakeUp, person: PersonFrames, looks: Sequence[tuple[float, Look]]) -> TakeUp:
     """The bodies' up (T, 3) together with the images', each by 1 / error^2; no look is carried over a clip boundary.
     Where they contradict each other, the loser only speaks where the winner does not; an image's voice fades away
     from it, until it may be lost by as much as the bodies err."""
     ups = np.stack([bodies.up, np.full(bodies.up.shape, np.nan)])
     errors = np.stack([np.maximum(bodies.error_deg, 0.1), np.full(len(bodies.up), np.inf)])
     lost_deg = np.full(len(bodies.up), np.inf)
-    for start, end in pairwise([0, *seen.seams, len(bodies.up)]):
+    for start, end in pairwise([0, *person.seams, len(bodies.up)]):
         part = slice(start, end)
-        times = seen.time_s[part]
+        times = person.time_s[part]
         inside = [(at, look) for at, look in looks if len(times) and times[0] - 0.2 <= at <= times[-1] + 0.2]
         if inside:
             ups[1, part], errors[1, part], lost_deg[part] = _between(inside, times)

@@ -9,11 +9,11 @@ from ...pipeline.core.camera import Look
 from .evidence import Evidence, TakeUp, about, fuse
 from .fusion import fused_up
 from .levelling import Levelled, level, static_up, why_not
-from .seen import Seen
+from .person import PersonFrames
 
 
 def level_people(
-    people: Sequence[Seen], told: Sequence[Evidence] = (), look: Look | None = None
+    people: Sequence[PersonFrames], told: Sequence[Evidence] = (), look: Look | None = None
 ) -> list[Levelled]:
     """One up for all, and the camera's heading, so that who faces whom can be read off: one R_camera_from_level (3, 3).
 

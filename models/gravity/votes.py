@@ -6,14 +6,13 @@ A camera that stands still has one up. Per-frame predictions are votes: their sc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
-from .evidence import FRAMES, Evidence, TakeUp, about, fuse
+from .evidence import FRAMES, Evidence, about
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/up.md).
@@ -56,20 +55,12 @@ CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 @dataclass(frozen=True)
 class Votes:
     """A robust mean of directions. up: (3,), unit, NaN without votes. error_deg: expected root mean square angle to
-    the truth. weights: (T,) 0 to 1. effective: independent votes. scatter_deg: root mean square about the mean."""
+    the truth. effective: independent votes. scatter_deg: root mean square about the mean."""
 
     up: np.ndarray
     error_deg: float
-    weights: np.ndarray
     effective: float
     scatter_deg: float
-
-    @property
-    def evidence(self) -> list[Evidence]:
-        """The one piece of evidence that the votes are together; none without votes."""
-        return (
-            [about(FRAMES, self.up, bodies_covariance(self.up, self.error_deg))] if is_finite(self.up) else []
-        )
 
 
 def pitch_roll_error_deg(up: np.ndarray, error_deg: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +77,7 @@ def bodies_covariance(
 ) -> np.ndarray:
     """(..., 3, 3) square radians, of the error of bodies' up (..., 3), who are surer of the camera's roll than of its
     pitch. error_deg: (...,) of pitch_roll_error_deg. lean: (..., 3, 3) of what the person leans by itself
-    (seen.own_lean); None of who may face anywhere."""
+    (person.own_lean); None of who may face anywhere."""
     pitch, roll = (np.radians(sd)[..., None, None] ** 2 for sd in pitch_roll_error_deg(up, error_deg))
     across = np.eye(3) - up[..., None] * up[..., None, :]
     right = unit(np.cross(up, VIEW))  # a tilt of up along it is roll
@@ -96,12 +87,11 @@ def bodies_covariance(
     return pitch * (across - roll_way) + roll * roll_way + own
 
 
-def take_up(
-    up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray, others: Sequence[Evidence] = ()
-) -> TakeUp:
-    """The frames' votes fused with other evidence. up: (T, 3), NaN where a frame has none; error_deg: (T,) expected
-    rotation error of each, NaN where unknown; time_s: (T,) increasing."""
-    return fuse([*others, *pool(up, error_deg, time_s).evidence])
+def of_votes(votes: Votes, lean: np.ndarray | None = None) -> list[Evidence]:
+    """The one piece of evidence that the votes are together; none without votes. lean: of bodies_covariance."""
+    if not is_finite(votes.up):
+        return []
+    return [about(FRAMES, votes.up, bodies_covariance(votes.up, votes.error_deg, lean))]
 
 
 def expected_deg(error_deg: np.ndarray | float) -> np.ndarray:
@@ -132,17 +122,15 @@ def pool(
     that were outvoted would move the mean: of a body that stands for one half and lies for the other, either may be
     right.
 
-    up (T, 3), unit vectors; error_deg and time_s (T,); spread: (T,) of Seen.
+    up (T, 3), unit vectors; error_deg and time_s (T,); spread: (T,) of PersonFrames.
     """
     fine = is_finite(up)
-    weights = np.zeros(len(up))
     if not fine.any():
-        return Votes(np.full(3, np.nan), float("nan"), weights, 0.0, float("nan"))
+        return Votes(np.full(3, np.nan), float("nan"), 0.0, float("nan"))
     votes = unit(up[fine].astype(np.float64))
     expected = expected_deg(error_deg[fine])
     trust = (expected.min() / expected) ** 2
     centre, robust = robust_mean(votes, trust)
-    weights[fine] = robust
     # Degrees from the centre along two directions across it.
     plane = votes @ np.linalg.svd(centre[None])[2][1:].T
     sine = np.linalg.norm(plane, axis=-1)
@@ -154,7 +142,7 @@ def pool(
     shared = lean_square(float(np.average(expected**2, weights=trust)), scatter**2, usual)
     outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
     error = float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2)))
-    return Votes(centre, error, weights, effective, scatter)
+    return Votes(centre, error, effective, scatter)
 
 
 def robust_mean(votes: np.ndarray, trust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.canonical import R_world_from_body
-from pcnet3d.models.gravity import Seen, level_moving, level_static
-from pcnet3d.models.gravity.levelling import upright
+from pcnet3d.models.gravity.levelling import level_moving, level_static, upright
+from pcnet3d.models.gravity.person import PersonFrames
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.rotations import from_columns, unit
@@ -24,9 +24,9 @@ def heading_deg(R) -> np.ndarray:
     return np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
 
 
-def seen_of(R, error_deg, time_s, seams=()) -> Seen:
+def seen_of(R, error_deg, time_s, seams=()) -> PersonFrames:
     """Of a rectifier's answers alone, whatever the joints."""
-    return Seen(np.zeros((len(R), 17, 3)), R, error_deg, time_s, seams)
+    return PersonFrames(np.zeros((len(R), 17, 3)), R, error_deg, time_s, seams)
 
 
 def smoothed(heading, time_s=None, error_deg=5.0, seams=()):
@@ -61,10 +61,10 @@ class Filmed:
     def moving(self, R=None):
         return level_moving(self.seen(R))
 
-    def seen(self, R=None, error_deg=None, joints=None) -> Seen:
+    def seen(self, R=None, error_deg=None, joints=None) -> PersonFrames:
         """As a rectifier sees it that is right but for what is given."""
         given = (self.joints, joints), (self.R, R), (self.error_deg, error_deg)
-        return Seen(*(own if other is None else other for own, other in given), self.time_s)
+        return PersonFrames(*(own if other is None else other for own, other in given), self.time_s)
 
     def by(self, name):
         """Turned by a rectifier: R and its expected error."""

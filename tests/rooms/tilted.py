@@ -19,7 +19,7 @@ from pcnet3d.models.common.metrics import relative
 from pcnet3d.models.common.spread import stated_spread
 from pcnet3d.models.gravity.fusion import fused_up
 from pcnet3d.models.gravity.images import ImageUp, up_from_images
-from pcnet3d.models.gravity.votes import pool
+from pcnet3d.models.gravity.votes import of_votes, pool
 from pcnet3d.models.lab.evaluation.testbed import lifted_takes
 from pcnet3d.models.lab.synthetic.cameras import TYPICAL
 from pcnet3d.models.rectifier.load import load_rectifier
@@ -54,7 +54,7 @@ def main(count: int = 12, first: int = 0) -> None:
             votes = pool(R[..., 2], error_deg, take.lifted.times, stated_spread(take.lifted))
             # One truth for both: the bodies' errors are carried over to the room's camera, which is tilted alike.
             look = look_of(answer) if isinstance(answer, ImageUp) else None
-            both = fused_up(votes.evidence, (), look)
+            both = fused_up(of_votes(votes), (), look)
             truth = take.seen.up
             said = [each for each in both.notices if each.code == "image-against-bodies"]
             rows.append(

@@ -23,14 +23,15 @@ from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.signals.filters import CUTOFF_HZ
 from ...common.metrics import joint_error
 from ...common.spread import stated_spread
-from ...gravity import Levelled, Seen, level_static, why_not
+from ...gravity.levelling import Levelled, level_static, why_not
+from ...gravity.person import PersonFrames
 from ..common.metrics import Figure
 from ..mocap.clips import subject_of
 from .people import OfTake, figures, mean
 from .runs import Question
 from .testbed import LiftedTake, SeenTake, accelerations, joints_of, lifted_by, simulated_look
 
-# (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as models.gravity.seen.Seen has it.
+# (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as of PersonFrames.
 Lift = tuple[np.ndarray, np.ndarray | None]
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -84,8 +85,8 @@ def answers(
     found = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(lift[0])
-        alone = level_static(Seen(lift[0], R, error_deg, time_s, spread=lift[1]))
-        with_image = Seen(told[0], *rectifier.rotation(told[0]), time_s, spread=told[1])
+        alone = level_static(PersonFrames(lift[0], R, error_deg, time_s, spread=lift[1]))
+        with_image = PersonFrames(told[0], *rectifier.rotation(told[0]), time_s, spread=told[1])
         with_image = level_static(with_image, look=look)
         found[f"{rectifier.method}, a frame"] = Answer(R)
         for per, levelled, joints in (

@@ -28,7 +28,8 @@ from ...angle_error.joint_noise import (
 )
 from ...angle_error.take_angles import smoothed
 from ...common.spread import stated_spread
-from ...gravity import Levelled, Seen, level_static, why_not
+from ...gravity.levelling import Levelled, level_static, why_not
+from ...gravity.person import PersonFrames
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..evaluation.testbed import LiftedTake, joints_of, lifted_takes
@@ -101,7 +102,9 @@ def fit(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Recti
     stay the shipped ones. InputError when no val take can be levelled."""
     pairs, levels = [], []
     for pair in map(Pair.of, val):
-        level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated))
+        level = level_static(
+            PersonFrames(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated)
+        )
         if not why_not(level):
             pairs.append(pair)
             levels.append(level)

@@ -15,7 +15,7 @@ import typer
 
 from ....models.detector.load import load_detector
 from ....models.detector.repeated import without_repeats
-from ....models.gravity import told_up
+from ....models.gravity.evidence import told_up
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show

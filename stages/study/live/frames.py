@@ -14,7 +14,7 @@ import numpy as np
 from ....models.detector.load import load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
-from ....models.gravity import Evidence, fuse, told_up
+from ....models.gravity.evidence import Evidence, fuse, told_up
 from ....models.gravity.levelling import camera_frame
 from ....models.gravity.live import LiveRectifier
 from ....models.lifter.live import LiveLifter

@@ -4,20 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.ups import stated_deg
+from golden.ups import stated_deg, take_up
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gravity import (
-    Seen,
-    direction,
-    fuse,
-    level_feet,
-    level_static,
-    stance,
-    take_up,
-    why_not,
-)
-from pcnet3d.models.gravity.floor import floor_plane, stances
+from pcnet3d.models.gravity.evidence import direction, fuse
+from pcnet3d.models.gravity.floor import floor_plane, level_feet, stance, stances
+from pcnet3d.models.gravity.levelling import level_static, why_not
+from pcnet3d.models.gravity.person import PersonFrames
 from pcnet3d.models.gravity.votes import (
     TILT_SHARE,
 )
@@ -181,7 +174,7 @@ def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_for
 
 def test_feet_of_somebody_who_has_no_trunk_leave_what_is_told(standing):
     """A file of legs alone: they stand, and no frame has a rotation. A level line tells no up by itself."""
-    legs = Seen(standing, np.full((90, 3, 3), np.nan), np.full(90, np.nan), np.arange(90) / 30)
+    legs = PersonFrames(standing, np.full((90, 3, 3), np.nan), np.full(90, np.nan), np.arange(90) / 30)
     feet = level_feet(standing, UP, legs.time_s)
     assert np.isnan(fuse([feet]).up).all()
     levelled = level_static(legs, [direction("told", UP, 1.0)])

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.ups import stated_deg, up_of
-from pcnet3d.models.gravity import direction, fuse, pool, take_up
-from pcnet3d.models.gravity.evidence import IMAGE, Evidence, held, of_image
+from golden.ups import stated_deg, take_up, up_of
+from pcnet3d.models.gravity.evidence import IMAGE, Evidence, direction, fuse, held, of_image
 from pcnet3d.models.gravity.fusion import decide, fused_up
 from pcnet3d.models.gravity.lines import tangent
+from pcnet3d.models.gravity.votes import of_votes, pool
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg
 from pcnet3d.pipeline.core.rotations import angle_deg
 from refusals import refused
@@ -29,7 +29,7 @@ def votes(pitch, roll=0.0, scatter_deg=3.0):
 
 def fused(bodies, image=None, told=()):
     """The up, and what is said about contradictions."""
-    found = fused_up(pool(bodies, np.full(len(TIMES), 7.0), TIMES).evidence, told, image)
+    found = fused_up(of_votes(pool(bodies, np.full(len(TIMES), 7.0), TIMES)), told, image)
     return found, found.notices
 
 

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.models.gravity import Seen, TakeUp
+from pcnet3d.models.gravity.evidence import TakeUp
 from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from pcnet3d.models.gravity.moving import with_looks
+from pcnet3d.models.gravity.person import PersonFrames
 from pcnet3d.models.gravity.view import ASSUMED_FOCAL_SD, known_camera, moving_camera, static_camera
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.camera import Look
@@ -141,7 +142,7 @@ def ups(pitch_deg):
 def heard(up, error_deg, time_s, looks, seams=()) -> TakeUp:
     """The bodies' up (T, 3) with what images say."""
     frames, error = len(up), np.full(len(up), float(error_deg))
-    seen = Seen(np.zeros((frames, 17, 3)), np.full((frames, 3, 3), np.nan), error, time_s, seams)
+    seen = PersonFrames(np.zeros((frames, 17, 3)), np.full((frames, 3, 3), np.nan), error, time_s, seams)
     return with_looks(TakeUp(up, error), seen, looks)
 
 

@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import known, known_moving_up, known_up
-from pcnet3d.models.gravity.moving import timed
+from pcnet3d.models.gravity import levelling, moving
+from pcnet3d.models.gravity.levelling import known_up
+from pcnet3d.models.gravity.moving import known_moving_up, timed
 from pcnet3d.models.gravity.votes import USUAL_SPREAD
 from pcnet3d.pipeline import PoseSequence
 from pcnet3d.pipeline.core.camera import Look
@@ -80,7 +81,8 @@ class Sure:
 
 def test_what_surer_skeletons_say_is_not_known_from_elsewhere(turning, monkeypatch):
     """A diagonal pattern that they contradict, and an image that was looked at a moment only."""
-    monkeypatch.setattr(known, "stated_spread", lambda poses: np.full(len(poses), USUAL_SPREAD))
+    for module in (levelling, moving):
+        monkeypatch.setattr(module, "stated_spread", lambda poses: np.full(len(poses), USUAL_SPREAD))
     poses, up = turning
     still = poses.with_(joints=np.repeat(poses.joints[:1], len(poses), axis=0))
     diagonal = Rotation.from_rotvec([0, 0, np.pi / 5]).apply(up)

@@ -11,16 +11,10 @@ from scipy.spatial.transform import Rotation
 from golden.levelled import Filmed, Z, headed, heading_deg, noise_about, seen_of, smoothed
 from golden.ups import stated_deg
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import (
-    Seen,
-    TakeUp,
-    direction,
-    level_moving,
-    level_people,
-    level_static,
-    why_not,
-)
-from pcnet3d.models.gravity.levelling import HEADING_S, level, upright
+from pcnet3d.models.gravity.evidence import TakeUp, direction
+from pcnet3d.models.gravity.levelling import HEADING_S, level, level_moving, level_static, upright, why_not
+from pcnet3d.models.gravity.people import level_people
+from pcnet3d.models.gravity.person import PersonFrames
 from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
@@ -38,7 +32,7 @@ def test_the_bound_of_bodies_reaches_an_up_by_which_they_are_above_their_feet(st
     bounds = {}
     for roll_deg in (0.0, 30.0):
         turn = Rotation.from_euler("z", roll_deg, degrees=True).as_matrix()
-        found = level_static(Seen(standing @ turn.T, R, error_deg, time_s)).up
+        found = level_static(PersonFrames(standing @ turn.T, R, error_deg, time_s)).up
         np.testing.assert_allclose(found.up, up, atol=1e-4)  # as by a network that takes it for level
         bounds[roll_deg] = float(found.bound_deg)
     assert bounds[0.0] < 15 < 30 < bounds[30.0]
@@ -222,7 +216,7 @@ def look_at(up, failure=0.004, error_deg=0.7) -> Look:
 
 
 @pytest.fixture(scope="module")
-def two(seen) -> list[Seen]:
+def two(seen) -> list[PersonFrames]:
     return [replace(seen.seen(noise_about(seen.R, 3, seed)), name=f"person {seed}") for seed in (0, 1)]
 
 

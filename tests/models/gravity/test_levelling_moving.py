@@ -8,12 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from golden.levelled import Filmed, noise_about, seen_of
-from pcnet3d.models.gravity import (
-    level_moving,
-    level_static,
-    why_not,
-)
-from pcnet3d.models.gravity.levelling import camera_frame
+from pcnet3d.models.gravity.levelling import camera_frame, level_moving, level_static, why_not
 from pcnet3d.models.gravity.moving import sliding_up
 from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, unit

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gravity import lines
-from pcnet3d.models.gravity.segments import Segments
+from pcnet3d.models.gravity.lines import Segments
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 

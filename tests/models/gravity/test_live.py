@@ -11,10 +11,11 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.metrics import relative
-from pcnet3d.models.gravity import LEAN_DEG, TILT_SHARE, Seen, direction, level_static
-from pcnet3d.models.gravity.levelling import HEADING_S
+from pcnet3d.models.gravity.evidence import direction
+from pcnet3d.models.gravity.levelling import HEADING_S, level_static
 from pcnet3d.models.gravity.live import KEPT, LiveRectifier
-from pcnet3d.models.gravity.votes import OWN_LEAN_DEG
+from pcnet3d.models.gravity.person import PersonFrames
+from pcnet3d.models.gravity.votes import LEAN_DEG, OWN_LEAN_DEG, TILT_SHARE
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 
@@ -70,7 +71,7 @@ def jittering(count, scatter_deg, seed=0) -> np.ndarray:
 
 
 def expect_the_takes_answer(frames, joints, time_s, rectifier):
-    static = level_static(Seen(joints, *rectifier.rotation(joints), time_s))
+    static = level_static(PersonFrames(joints, *rectifier.rotation(joints), time_s))
     last, up = frames[-1], static.R_camera_from_level[:, 2]
     assert angle_deg(last.up, up) < min(last.up_error_deg, static.up_error_deg[0])
     return static

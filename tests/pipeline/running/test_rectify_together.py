@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.ups import stated_deg
-from pcnet3d.models.gravity import LEAN_DEG
+from pcnet3d.models.gravity.votes import LEAN_DEG
 from pcnet3d.pipeline import InputError, Take, rotate
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.stages import rectify, rectify_together

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite, unit
-from .evidence import FRAMES, Evidence, about
+from .evidence import Evidence
 from .votes import (
     BESIDE,
     BESIDE_SHARE,
@@ -18,8 +18,8 @@ from .votes import (
     OWN_LEAN_DEG,
     RAISED_LEAN_DEG,
     VIEW,
-    bodies_covariance,
     expected_deg,
+    of_votes,
     pool,
 )
 
@@ -30,7 +30,7 @@ _WRISTS, _SHOULDERS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class PersonFrames:
     """One person before a camera, as a rectifier sees them, in the camera's axes.
 
     joints: (T, 17, 3) relative to the pelvis, any unit. R_camera_from_body: (T, 3, 3), NaN where a frame has too few
@@ -60,26 +60,25 @@ def trust(error_deg: np.ndarray | float) -> np.ndarray:
     return 1 / expected_deg(error_deg) ** 2
 
 
-def of_frames(seen: Seen) -> list[Evidence]:
+def of_frames(person: PersonFrames) -> list[Evidence]:
     """The one piece of evidence that a take's frames are together; none without votes."""
-    votes = pool(seen.votes, seen.error_deg, seen.time_s, seen.spread)
+    votes = pool(person.votes, person.error_deg, person.time_s, person.spread)
     if not is_finite(votes.up):
         return []
-    fine = is_finite(seen.votes)
-    lean = own_lean(np.mean(leaning(seen, votes.up)[fine], axis=0))
-    return [about(FRAMES, votes.up, bodies_covariance(votes.up, votes.error_deg, lean))]
+    fine = is_finite(person.votes)
+    return of_votes(votes, own_lean(np.mean(leaning(person, votes.up)[fine], axis=0)))
 
 
-def leaning(seen: Seen, up: np.ndarray) -> np.ndarray:
+def leaning(person: PersonFrames, up: np.ndarray) -> np.ndarray:
     """(T, 13) of each frame, where the body faces or turns its back, level for up (3,) or (T, 3): the outer product of
     that direction with itself, (9,), and whether both arms are raised; and how far, and in which direction, the middle
     of the trunk is beside the feet in the image, over its height, (3,); 0 of who lies. Zeros of frames without a
     rotation."""
-    facing = seen.R_camera_from_body[..., 0]
+    facing = person.R_camera_from_body[..., 0]
     facing = np.nan_to_num(unit(facing - (facing * up).sum(-1, keepdims=True) * up))
-    rise = ((seen.joints[:, _WRISTS] - seen.joints[:, _SHOULDERS]) * up[..., None, :]).sum(-1)
+    rise = ((person.joints[:, _WRISTS] - person.joints[:, _SHOULDERS]) * up[..., None, :]).sum(-1)
     raised = (rise > 0).all(-1, keepdims=True)
-    pelvis, thorax, *ankles = np.moveaxis(seen.joints[:, _BALANCED], 1, 0)
+    pelvis, thorax, *ankles = np.moveaxis(person.joints[:, _BALANCED], 1, 0)
     over_feet = unit((pelvis + thorax - sum(ankles)).astype(np.float64))
     right = unit(np.cross(up, VIEW))
     share = (over_feet * right).sum(-1, keepdims=True)
@@ -100,13 +99,13 @@ def own_lean(mean: np.ndarray) -> np.ndarray:
     return own + BESIDE_SHARE**2 * beside[..., :, None] * beside[..., None, :]
 
 
-def smoothed(values: np.ndarray, weights: np.ndarray, seen: Seen, std_s: float) -> np.ndarray:
+def smoothed(values: np.ndarray, weights: np.ndarray, person: PersonFrames, std_s: float) -> np.ndarray:
     """(T, D) mean of values (T, D) of a person's frames, with weights (T,) times a Gaussian in time, within each part
     between clip boundaries; NaN where no weight is near."""
     out = np.full(values.shape, np.nan)
-    for start, end in pairwise([0, *seen.seams, len(values)]):
+    for start, end in pairwise([0, *person.seams, len(values)]):
         part = slice(start, end)
-        out[part] = _smoothed(values[part], weights[part], seen.time_s[part], std_s)
+        out[part] = _smoothed(values[part], weights[part], person.time_s[part], std_s)
     return out
 
 
