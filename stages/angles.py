@@ -13,8 +13,7 @@ from ..models.angle_error.disagreement import by_disagreement
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.off_keypoints import widened, without_exchanged
-from ..models.angle_error.rates import angle_rates
-from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
+from ..models.angle_error.take_angles import AngleSeries, angle_rates, angle_series, in_reference
 from ..models.angle_error.take_error import far_off
 from ..models.common.motion import in_doubt
 from ..models.common.residuals import limb_scores, residuals_of

@@ -17,7 +17,7 @@ POSTURES = ("upright", "bent", "arms overhead", "crouched", "lying")
 FEATURES = ("lean", "low", "arms", "speed")
 _BENT_DEG, _LYING_DEG = 30.0, 60.0  # lean of the trunk
 _OVERHEAD_DEG = 120.0
-_LOW, _STANDS = 0.38, 0.47  # statures of the pelvis over the lower ankle: somebody crouches, or stands
+LOW, _STANDS = 0.38, 0.47  # statures of the pelvis over the lower ankle: somebody crouches, or stands
 FAST = 0.5  # statures a second; walks have 0.35
 _SPEED_S = 0.1  # to either side, over which a speed is taken
 _USUAL = 0.35  # speed that adds nothing of its own
@@ -34,8 +34,6 @@ def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
         return body[:, H36M17.index(end)] - body[:, H36M17.index(start)]
 
     trunk, up = way("pelvis", "thorax"), np.broadcast_to([0.0, 0.0, 1.0], (len(body), 3))
-    stature = implied_stature(body)
-    ankles = np.stack([way("pelvis", f"{side}_ankle")[:, 2] for side in "rl"])
     arms = [angle_deg(way(f"{side}_shoulder", f"{side}_elbow"), -trunk) for side in "rl"]
     reach = max(round(_SPEED_S / max(float(np.median(np.diff(time_s))), 1e-9)), 1) if len(body) > 1 else 0
     rows = np.arange(len(body))
@@ -44,10 +42,16 @@ def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
     with np.errstate(invalid="ignore", divide="ignore"):
         return {
             "lean": angle_deg(trunk, up),
-            "low": -np.fmin(*ankles) / stature,
+            "low": lowness(body),
             "arms": np.fmax(*arms),
-            "speed": moved / (time_s[last] - time_s[first]) / stature,
+            "speed": moved / (time_s[last] - time_s[first]) / implied_stature(body),
         }
+
+
+def lowness(body: np.ndarray) -> np.ndarray:
+    """(T,) statures of the pelvis over the lower ankle, of joints (T, 17, 3) in BODY."""
+    pelvis, *ankles = (body[:, H36M17.index(name), 2] for name in ("pelvis", "r_ankle", "l_ankle"))
+    return (pelvis - np.fmin(*ankles)) / implied_stature(body)
 
 
 def growth(of: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -65,7 +69,7 @@ def growth(of: Mapping[str, np.ndarray]) -> np.ndarray:
 def posture(of: Mapping[str, np.ndarray]) -> np.ndarray:
     """(T,) places in POSTURES."""
     return np.select(
-        [of["lean"] > _LYING_DEG, of["low"] < _LOW, of["arms"] > _OVERHEAD_DEG, of["lean"] > _BENT_DEG],
+        [of["lean"] > _LYING_DEG, of["low"] < LOW, of["arms"] > _OVERHEAD_DEG, of["lean"] > _BENT_DEG],
         [4, 3, 2, 1],
         0,
     )

@@ -10,18 +10,17 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
-from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ..common.metrics import rigid_error
 from ..common.spread import stated_spread
+from .posture import LOW, lowness
 
 # Mean distance of joints, the body rotated onto the truth in each frame, over the lifter's stated spread: median of
-# takes of 9 validation people, upright, and with the pelvis less than _LOW over the lower ankle, which they crawl,
-# crouch or lie for.
+# takes of 9 validation people, upright, and with the pelvis less than posture.LOW over the lower ankle, which they
+# crawl, crouch or lie for.
 _UPRIGHT, _LOWERED = 1.25, 1.6
-_LOW = 0.38  # statures; 0.47 when standing
 # Of a take that is expected to be so far off, one in ten is off by over 100 mm, a hand's breadth: it is called
 # suspicious, and without that was as good as one that is off by 30.
 FAR_OFF_MM = 75.0
@@ -43,8 +42,7 @@ def _by_lifter(poses: PoseSequence, rectified: Rectified | None) -> float:
     factors = np.full(len(poses), _UPRIGHT)
     if rectified is not None:
         body = rotate(transpose(rectified.R_source_from_body), poses.joints)
-        ankles = body[:, H36M17.indices(("r_ankle", "l_ankle")), 2] - body[:, [H36M17.index("pelvis")], 2]
-        factors[-ankles.min(axis=1) < _LOW * implied_stature(poses.joints)] = _LOWERED
+        factors[lowness(body) < LOW] = _LOWERED
     errors = factors * stated_spread(poses)
     return float(np.mean(errors[np.isfinite(errors)])) if np.isfinite(errors).any() else float("nan")
 

@@ -20,8 +20,7 @@ from ....pipeline.signals.filters import derivative
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import features, posture
-from ...angle_error.rates import angle_rates
-from ...angle_error.take_angles import TakeJoints, angle_series, smoothed, take_angles
+from ...angle_error.take_angles import TakeJoints, angle_rates, angle_series, smoothed, take_angles
 from ..common.metrics import person_size, scaled
 from .judge import Stated, joined
 from .runs import Finished

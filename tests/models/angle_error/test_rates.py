@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
-from pcnet3d.models.angle_error.rates import angle_rates
-from pcnet3d.models.angle_error.take_angles import AngleSeries
+from pcnet3d.models.angle_error.take_angles import AngleSeries, angle_rates
 from pcnet3d.pipeline.signals.angles import FINE, MISSING
 
 # As the smoother's model says, nine in ten lie inside with a factor.
