@@ -35,17 +35,6 @@ KNOWN_DEG = 3.0
 
 
 @dataclass(frozen=True)
-class Decision:
-    """others: the evidence that takes part besides the bodies. bodies: whether they do. notices: of contradictions.
-    loser: (3,) the answer that is not believed but may be right (`Settled`), None where there is none."""
-
-    others: tuple[Evidence, ...]
-    bodies: bool
-    notices: tuple[Notice, ...] = ()
-    loser: np.ndarray | None = None
-
-
-@dataclass(frozen=True)
 class Settled:
     """Of an image and bodies that contradict each other: image, whether it is the image that is believed; said, with
     both answers; close, whether the other one is right in more than one of ten such takes."""
@@ -57,38 +46,31 @@ class Settled:
 
 def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
     """A static camera's up. bodies: what frames, feet and floor say; told: what the user says; look: what the image
-    says. Raises InputError as `decide`."""
-    fused = alone = fuse(bodies)
-    decision = decide(alone, told, look)
-    if decision.others:
-        others = fuse(decision.others)
-        # A lift that was told up leans as it was told: its bodies would say the same a second time.
-        twice = is_finite(others.up) and others.error_deg < KNOWN_DEG
-        fused = fuse([*(bodies if decision.bodies and not twice else ()), *decision.others])
-    if decision.loser is not None:
-        fused = _reaching(fused, decision.loser)
-    image = {IMAGE: (look.up, look.error_deg)} if look else {}
-    return replace(fused, own=alone.own | image | fused.own, notices=decision.notices)
-
-
-def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = None) -> Decision:
-    """Who takes part in a take's up. bodies: what they say together, its up NaN where they say nothing. told: what the
-    user says. look: what the image says.
-
-    InputError when the user tells a gravity more than 60 degrees from everything else.
-    """
-    told, told_together = tuple(told), fuse(told)
-    notices = _notices_of_told(bodies, told_together, look) if told else ()
+    says. InputError when the user tells a gravity more than 60 degrees from everything else."""
+    alone, said = fuse(bodies), fuse(told)
+    notices = _notices_of_told(alone, said, look) if told else ()
     # What is told is believed; who contradicts it has no say.
-    heard = not (told and is_finite(bodies.up) and _disagree(told_together, bodies))
-    if look is None or (told and _disagree(told_together, look)):
-        return Decision(told, heard, notices)
-    if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
-        return Decision((*told, of_image(look)), heard, notices)
-    believed = settled(bodies, look, told=bool(told))
-    others = (*told, of_image(look)) if believed.image else told
-    loser = (bodies.up if believed.image else look.up) if believed.close else None
-    return Decision(others, heard if told else not believed.image, (*notices, believed.said), loser)
+    heard = not (told and is_finite(alone.up) and _disagree(said, alone))
+    others, loser = tuple(told), None
+    if look is not None and not (told and _disagree(said, look)):
+        believed = None
+        if is_finite(alone.up) and chi_square(alone, look) > _CONTRADICTION:
+            believed = settled(alone, look, told=bool(told))
+            notices = (*notices, believed.said)
+            heard = heard if told else not believed.image
+            loser = (alone.up if believed.image else look.up) if believed.close else None
+        if believed is None or believed.image:
+            others = (*others, of_image(look))
+    fused = alone
+    if others:
+        together = fuse(others)
+        # A lift that was told up leans as it was told: its bodies would say the same a second time.
+        twice = is_finite(together.up) and together.error_deg < KNOWN_DEG
+        fused = fuse([*(bodies if heard and not twice else ()), *others])
+    if loser is not None:
+        fused = _reaching(fused, loser)
+    image = {IMAGE: (look.up, look.error_deg)} if look else {}
+    return replace(fused, own=alone.own | image | fused.own, notices=notices)
 
 
 def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:

@@ -88,7 +88,8 @@ def bodies_covariance(
 
 
 def of_votes(votes: Votes, lean: np.ndarray | None = None) -> list[Evidence]:
-    """The one piece of evidence that the votes are together; none without votes. lean: of bodies_covariance."""
+    """The one piece of evidence that the votes are together; none without votes. lean: (3, 3) of
+    bodies_covariance."""
     if not is_finite(votes.up):
         return []
     return [about(FRAMES, votes.up, bodies_covariance(votes.up, votes.error_deg, lean))]

@@ -21,7 +21,6 @@ from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.detect import Detect
-from refusals import refused
 
 
 def same(a: Detections, b: Detections) -> bool:
@@ -214,15 +213,6 @@ def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
     for take in (Detect(detector=str(toy))(Take("walk", video=shown)), again):
         (text,) = (event.text for event in take.notices if "damaged" in event.text)
         assert f"damaged at frame {found.damaged[0]}" in text
-
-
-def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):
-    found = detect(walk_film, load_detector(toy), "one video")
-    with refused("files-apart"):
-        detect(walk_film, load_detector(toy), "another", found)
-    other = load_detector(toys.save_toy(tmp_path / "other.onnx", toys.float))
-    with refused("files-apart"):
-        detect(walk_film, other, "one video", found)
 
 
 def test_a_video_of_which_no_image_can_be_decoded_is_not_one_without_people(walk_film, toy, monkeypatch):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.ups import stated_deg, take_up, up_of
-from pcnet3d.models.gravity.evidence import IMAGE, Evidence, direction, fuse, held, of_image
-from pcnet3d.models.gravity.fusion import decide, fused_up
+from golden.ups import stated_deg, up_of
+from pcnet3d.models.gravity.evidence import IMAGE, direction, fuse, held, of_image
+from pcnet3d.models.gravity.fusion import fused_up
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.models.gravity.votes import of_votes, pool
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg
@@ -71,18 +71,6 @@ def test_a_vague_image_and_bodies_are_fused_the_pitch_more_the_images_than_the_r
     assert found.pulls[IMAGE] > 0
     assert found.pulls["frames"] > 0
     assert angle_deg(found.own["frames"][0], up_of(16)) < 1.0
-
-
-def test_who_is_sure_of_one_direction_has_no_share_in_the_other():
-    """However sure: an image that knows the roll within 0.05 and the pitch within 5 degrees, bodies the pitch only."""
-    up = up_of(0)  # -y; x is across it in roll, z in pitch
-    sds = {"image": (0.05, 1.0, 5.0), "bodies": (5.0, 1.0, 0.5)}
-    sources = [
-        Evidence(name, information, information @ up)
-        for name, sd in sds.items()
-        for information in [np.diag(np.radians(sd) ** -2.0)]
-    ]
-    assert fuse(sources).shares == pytest.approx({"image": 0.5, "bodies": 0.5}, abs=0.01)
 
 
 def test_the_shares_are_how_far_up_goes_with_each_source():
@@ -156,12 +144,12 @@ def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
 
 
 def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
-    bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
-    for heard, image in ((bodies, None), (fuse([]), look(10)), (bodies, look(10))):
+    bodies = of_votes(pool(votes(10), np.full(len(TIMES), 7.0), TIMES))
+    for heard, image in ((bodies, None), ([], look(10)), (bodies, look(10))):
         with refused("wrong-axes"):
-            decide(heard, [direction("gravity vector", -up_of(10), 1.0)], image)
+            fused_up(heard, [direction("gravity vector", -up_of(10), 1.0)], image)
     with refused("wrong-axes"):
-        decide(bodies, [direction("gravity vector", up_of(10, 80), 1.0)])
+        fused_up(bodies, [direction("gravity vector", up_of(10, 80), 1.0)])
 
 
 def test_told_gravity_that_is_off_is_believed_and_said():
@@ -170,10 +158,6 @@ def test_told_gravity_that_is_off_is_believed_and_said():
     assert any("the image" in each.text for each in warnings)
     assert angle_deg(found.up, up_of(40)) < 1e-3
     assert set(found.shares) == {"gravity vector"}
-
-
-def test_told_gravity_that_agrees_says_nothing():
-    assert fused(votes(12), look(11), [direction("gravity vector", up_of(10), 1.0)])[1] == ()
 
 
 def test_how_cameras_are_held():

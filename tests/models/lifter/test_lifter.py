@@ -153,15 +153,6 @@ def test_a_camera_that_rolls_meanwhile_gives_the_same_skeleton_where_each_frames
     assert np.abs(late.joints - turned).max() > 0.02
 
 
-def test_missing_joints_are_filled_from_the_others():
-    pixels = person()
-    pixels[:, H36M17.index("l_wrist")] = np.nan
-    pixels[20:30] = np.nan
-    lifted = lift(poses(pixels), SIZE)
-    assert np.isfinite(lifted.joints).all()
-    assert lifted.history[-1].options["frames_without_joints"] == 0
-
-
 def test_frames_that_a_file_leaves_out_count_as_frames():
     pixels = person(60)
     keep = np.r_[0:20, 28:60]
