@@ -70,10 +70,10 @@ def _comparison(rectified: Rectified, truth: np.ndarray) -> str:
     level = found - (found * up).sum(axis=-1, keepdims=True) * up
     up_deg = float(np.nanmean(angle_deg(rectified.R_source_from_level[..., :, 2], up)))
     heading_deg = float(np.nanmedian(angle_deg(level, facing)))
-    skeletons_deg = float(np.nanmean(angle_deg(rectified.up_own["frames"][0], up)))
+    body_deg = float(np.nanmean(angle_deg(rectified.up_own["frames"][0], up)))
     return (
-        f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, by the skeletons alone "
-        f"{skeletons_deg:.1f}, the heading by {heading_deg:.1f} (median over frames)"
+        f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, by the body alone "
+        f"{body_deg:.1f}, the heading by {heading_deg:.1f} (median over frames)"
     )
 
 

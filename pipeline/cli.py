@@ -132,7 +132,7 @@ app = typer.Typer(
 
 lab = typer.Typer(
     cls=_LabCommands,
-    help="Train, measure and evaluate: commands for developers and for whoever repeats the published figures.",
+    help="Train, measure and evaluate: for developers, and to repeat the published figures.",
     context_settings=_HELP,
     no_args_is_help=True,
 )

@@ -80,8 +80,8 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
     odds_bodies = look.failure * (1 - _BODY_FAILURE)
     image = told or odds_image > odds_bodies
     close = not told and min(odds_image, odds_bodies) > _LOSER * (odds_image + odds_bodies)
-    answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
-    believed = "image is" if image else "skeletons are"
+    answers = f"{_words(look, 'the image')}, {_words(bodies, 'the body')}"
+    believed = "image is" if image else "body is"
     so = ": the person leans, or the poses and their angles to the vertical are tilted" if image else ""
     apart = float(angle_deg(bodies.up, look.up))
     pitch, roll = pitch_roll_deg(np.asarray(bodies.up if image else look.up, dtype=np.float64))
@@ -120,7 +120,7 @@ def chi_square(bodies: TakeUp, look: Look) -> float:
 
 def _notices_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[Notice, ...]:
     """Where the user's gravity and the rest disagree."""
-    others: dict[str, TakeUp | Look] = {"the skeletons": bodies} if is_finite(bodies.up) else {}
+    others: dict[str, TakeUp | Look] = {"the body": bodies} if is_finite(bodies.up) else {}
     if look is not None:
         others["the image"] = look
     apart = {name: float(angle_deg(said.up, other.up)) for name, other in others.items()}

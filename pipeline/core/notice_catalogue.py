@@ -24,14 +24,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gaps-as-asked": ("repair", "files",
         "Treated as gaps, as asked: {counts}."),
     "interlaced": ("warning", "view",
-        "The video is interlaced: each image shows two moments in turn, and edges of what moves are combs. Joints are "
-        "more certain in whole images: ffmpeg -i IN -vf bwdif OUT."),
+        "The video is interlaced: each image mixes two moments, so moving edges look like combs. Joints are more "
+        "certain in whole images: ffmpeg -i IN -vf bwdif OUT."),
     "video-damaged": ("warning", "files",
         "{damage}. Copy the video again, or leave that part out (--time-range)."),
     "images-repeated": ("warning", "clock",
         "Of {of:~image} with movement, {repeated} only {repeated:?repeats/repeat} the one before, {where}. Up to four "
-        "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
-        "own frame rate."),
+        "in a row are interpolated; speeds are less certain. Record or export the video at the camera's own frame "
+        "rate."),
     "images-frozen": ("warning", "view",
         "The image stands still in frames {frames}. Where the person is meanwhile is not known, so nothing is measured "
         "there."),
@@ -48,11 +48,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The person leaps by {sizes:.1f} body sizes at frame {frame}{unseen}: it may be another person from "
         "then on, or frames are missing."),
     "clock-not-used": ("warning", "clock",
-        "'{column}' increases from row to row like a clock or a frame number, but was not used. If it is one, call it "
-        "frame_index, time_s or time_ms."),
+        "'{column}' increases from row to row like a clock or a frame number, but was not used. If it is one, rename "
+        "it frame_index, time_s or time_ms."),
     "array-judged": ("note", "files",
         "The file does not say what its array holds. It was read as Human3.6M's joints in camera axes (x right, y "
-        "down, z away), in {unit}, because sides, bones and what is above what agree with that."),
+        "down, z away), in {unit}, because left and right, bone lengths and heights agree with that."),
     "order-by-bones": ("warning", "files",
         "The file does not say in which order its joints are. They were read as {order}, because their limbs are those "
         "of a body in that order only. If that is wrong: --set keypoints.layout={usual}."),
@@ -186,7 +186,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "According to the body, up changes by {drift_deg:.0f} degrees at frame {frame}. There is a cut, the camera "
         "moves (--camera moving), or the person lies or bends down for long."),
     "image-against-bodies": ("warning", "up",
-        "The image's lines and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
+        "The image's lines and the body disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed{so}. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "
@@ -277,7 +277,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "left-and-right": ("suspicious", "poses",
         "Left and right are doubtful: {evidence}."),
     "image-stretched": ("suspicious", "poses",
-        "The keypoints make a better body where the image is {times:.3g} times less wide: it may have been stretched. "
+        "The keypoints fit a body better if the image is made {times:.3g} times narrower: it may have been stretched. "
         "Detect in the image as it was filmed."),
     "poses-smooth": ("suspicious", "poses",
         "Limbs are shorter the faster they turn, as where joints were averaged over {window_s:.1f} s: quick movements "

@@ -29,7 +29,9 @@ from .sections import files_beside, gravity_words, provenance_of, repairs_of, se
 from .trust import trust
 
 # The one meaning of 90 %.
-_ERRORS = 'On this page ±, "within" and 90 % mean the same: nine in ten true values lie in that range.'
+_ERRORS = (
+    'On this page ±, "within" and 90 % mean the same: the true value lies in that range in nine of ten cases.'
+)
 _UNKNOWN = "Where an angle, time, length or speed has no ±, its error is not known."
 _NO_METRES = "Lengths and speeds are not in metres: give the person's height, --stature 1.75."
 

@@ -53,7 +53,7 @@ def trust(take: Take, facts: Facts) -> Markup:
     checks += _others(take, {text for _, _, texts in checks for text in texts})
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     without_errors = take.angle_errors == "none"
-    verdict, reason = "Usable.", "Figures hold within their errors."
+    verdict, reason = "Usable.", "The figures hold within their errors."
     if level == "bad":
         unusable = take.verdict == "unusable"
         verdict, reason = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""

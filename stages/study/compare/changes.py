@@ -41,7 +41,7 @@ class Change(NamedTuple):
 
     group: "range_of_motion" or the movement's. side: "right", "left" or neither. values, errors: of the reference and
     of the other. error: one standard deviation of their difference. All NaN where not known. differs: whether the
-    difference is told from none, with all figures of the comparison tested at once; None of one that is not told, for
+    difference is told from none, with all figures of the comparison tested at once; None of one that is not judged, for
     the reason whose code in WHY is `reason`.
     """
 
@@ -184,7 +184,7 @@ def from_same_place(side: Side, reference: Side) -> bool:
 
 
 def summary(changes: list[Change], against: str) -> Iterator[str]:
-    """Sentences on which figures differ, with all tested at once, and why others are not told. against: "B less A"."""
+    """Sentences on which figures differ, all tested at once, and why others are not judged. against: "B less A"."""
     tested = [change for change in changes if not change.reason]
     if tested:
         differ = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
@@ -195,7 +195,7 @@ def summary(changes: list[Change], against: str) -> Iterator[str]:
         yield f"{len(differ) or 'none'} of {how_many(len(tested), 'figure')} {are} by more than chance{which}"
     if reasons := Counter(change.reason for change in changes if change.reason):
         why = ", ".join(f"{WHY[code]} ({many})" for code, many in reasons.items())
-        yield f"{how_many(reasons.total(), 'difference')} not told: {why}"
+        yield f"{how_many(reasons.total(), 'difference')} not judged: {why}"
 
 
 def as_figures(changes: list[Change]) -> list[dict[str, Any]]:

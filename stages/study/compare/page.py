@@ -18,8 +18,8 @@ from .changes import Change
 from .comparison import Comparison, Pair, aligned, conclusion
 
 _ERRORS = (
-    'On this page ±, "within the errors" and 90 % mean the same: nine in ten true values lie in that range. '
-    "Of the figures said to differ, at most a tenth does so by chance (Benjamini & Hochberg 1995)."
+    'On this page ±, "within the errors" and 90 % mean the same: the true value lies in that range in nine of ten '
+    "cases. Of the figures that are said to differ, at most one in ten does so by chance (Benjamini & Hochberg 1995)."
 )
 _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
@@ -98,7 +98,7 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
     values: list[Cell] = [change.value(take) or None for take in (0, 1)]
     if change.reason:
         by = f"{change.difference}; " if np.isfinite(change.by) else ""
-        return [*values, Soft(f"{by}not told: {change.reason.replace('-', ' ')}")]
+        return [*values, Soft(f"{by}not judged: {change.reason.replace('-', ' ')}")]
     if change.differs:
         return [*values, f"{change.difference} *"]
     return [*values, Soft(change.difference) if change.within_error else change.difference]

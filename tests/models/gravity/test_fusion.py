@@ -99,7 +99,7 @@ def test_a_diagonal_pattern_is_vetoed_by_the_bodies_and_the_bound_reaches_it(rol
     """Lines on one plane only are wrong in 15 of 100."""
     found, (warning,) = fused(votes(10), look(10, roll, failure=0.15))
     assert angle_deg(found.up, up_of(10)) < 1.0
-    assert warning.values["believed"] == "skeletons are"
+    assert warning.values["believed"] == "body is"
     assert found.bound_deg >= warning.values["apart_deg"] - 1e-6
 
 
@@ -119,17 +119,15 @@ def test_good_lines_are_not_overruled_by_how_cameras_are_usually_held(pitch, rol
     [
         (0.01, "image is", False),
         (0.06, "image is", True),
-        (0.15, "skeletons are", True),
-        (0.6, "skeletons are", False),
+        (0.15, "body is", True),
+        (0.6, "body is", False),
     ],
 )
 def test_the_bound_reaches_an_answer_that_is_hardly_less_likely(failure, believed, close):
     """Up was said to be known to within 12 degrees; the image's, 22 away, was hardly less likely, and right."""
     bodies, image = votes(1, -8), look(23, -13, failure=failure)
     found, (warning,) = fused(bodies, image)
-    winner = (
-        fused(bodies)[0] if believed == "skeletons are" else fused(np.full_like(bodies, np.nan), image)[0]
-    )
+    winner = fused(bodies)[0] if believed == "body is" else fused(np.full_like(bodies, np.nan), image)[0]
     apart_deg = warning.values["apart_deg"]
     assert warning.values["believed"] == believed
     assert angle_deg(found.up, winner.up) < 1e-3
@@ -154,7 +152,7 @@ def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
 
 def test_told_gravity_that_is_off_is_believed_and_said():
     found, warnings = fused(votes(10), look(10), [direction("gravity vector", up_of(40), 1.0)])
-    assert any("the skeletons" in each.text for each in warnings)
+    assert any("the body" in each.text for each in warnings)
     assert any("the image" in each.text for each in warnings)
     assert angle_deg(found.up, up_of(40)) < 1e-3
     assert set(found.shares) == {"gravity vector"}

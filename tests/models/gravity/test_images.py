@@ -205,7 +205,7 @@ def test_a_contradiction_is_that_of_the_frames_looked_at():
     found = heard(bodies, 6.0, time_s, [look(t, ups(np.array(0.0))) for t in np.arange(10.0)])
     (warning,) = found.notices
     assert "by 30 degrees: pitch 0, roll 0 by the image" in warning.text.replace("-0", "0")
-    assert "pitch 30, roll 0 by the skeletons" in warning.text.replace("-0", "0")
+    assert "pitch 30, roll 0 by the body" in warning.text.replace("-0", "0")
 
 
 @pytest.mark.parametrize(("failure", "close"), [(0.004, False), (0.06, True), (0.15, True), (0.99, False)])

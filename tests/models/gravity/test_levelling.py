@@ -238,7 +238,7 @@ def test_each_person_and_the_image_are_told_with_share_pull_and_own_answer(seen,
 def test_an_image_that_several_people_outvote_is_still_told(seen, two):
     askew = Rotation.from_rotvec([0, 0, np.radians(40)]).apply(seen.up[0])
     up = level_people(two, (), look_at(askew, failure=0.15))[0].up
-    assert "The skeletons are believed" in up.notices[0].text
+    assert "The body is believed" in up.notices[0].text
     assert up.shares.keys() == {"person 0", "person 1"}
     assert angle_deg(up.own["image"][0], askew) < 1e-6
     assert {"person 0", "person 1"} < up.own.keys()

@@ -148,7 +148,7 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     assert [by[name].differs for name in ("r_knee_flexion", "l_thigh_sagittal")] == [True, None]
     assert by["l_thigh_sagittal"].reason == "another-part"
     page = as_page(compared([later, first]))
-    assert "+55; not told: another part" in page
+    assert "+55; not judged: another part" in page
     assert WHY["another-part"] in page
     entries = {one["item"]: one for one in plain(as_figures(list(by.values())))}
     assert [entries["l_thigh_sagittal"][key] for key in ("error", "mdc90", "within_error", "differs")] == [
@@ -186,7 +186,7 @@ def test_why_a_difference_is_not_told(sides):
     assert (right.reason, right.by, right.differs) == ("error-unknown", 10.0, None)
     assert (left.reason, left.values[0], left.differs) == ("in-one-take", 50.0, None)
     (said,) = summary([right, left], "")
-    assert said == f"2 differences not told: {WHY['error-unknown']} (1), {WHY['in-one-take']} (1)"
+    assert said == f"2 differences not judged: {WHY['error-unknown']} (1), {WHY['in-one-take']} (1)"
     of_length = [
         of_visit(sides[0], 5.0, 55.0, 1.0),
         replace(of_visit(sides[1], 5.0, 55.0, 1.0), metric=False),
