@@ -82,11 +82,6 @@ def residuals_of(take: Take) -> Residuals | None:
     return None if beside is None else residuals(*beside)
 
 
-def has_residuals(take: Take) -> bool:
-    """Whether `residuals_of` would tell them."""
-    return _beside(take) is not None
-
-
 def limb_scores(take: Take) -> dict[str, np.ndarray]:
     """{limb: (T, 2)} of LIMBS in the rows of the poses: mean_scores of its middle and outer joint, one below SURE_SCORE
     where the detector is unsure of the limb. Empty where nothing tells, and of motion capture, which needs no detector.

@@ -13,7 +13,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
 from ..drawing.palette import faint, side_colour
 from ..drawing.rerun_log import person_view, time_columns
-from .walk import camera_ahead, ground, walked
+from .walk import camera_sides, ground, walked
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -80,11 +80,10 @@ def _has_ghost(take: Take) -> bool:
 
 def _eye(take: Take) -> np.ndarray:
     """(3,) where the eye stands, in LEVEL: by the camera, turned to the side that the person faces."""
-    ahead = camera_ahead(take)
-    if ahead is None:
+    sides = camera_sides(take)
+    if sides is None:
         return np.array(_EYE)
-    aside = np.array([ahead[1], -ahead[0]])
-    aside = -aside if aside[0] > 0 else aside  # LEVEL's people face -x, and come towards the eye
+    ahead, aside = sides
     reach = np.linalg.norm(_EYE[:2])
     return np.append(reach * (np.sin(_ASIDE) * aside - np.cos(_ASIDE) * ahead), _EYE[2])
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ...models.common.residuals import LIMBS, residuals_of
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
@@ -16,7 +15,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
 from ..drawing.facts import shared_up
-from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
+from ..drawing.palette import GREEN, MIDDLE, PURPLE
 from ..drawing.provenance import provenance
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
@@ -31,13 +30,12 @@ from .angles import log_angles, log_marks
 from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .horizon import log_horizon
-from .views import OFF_KEYPOINTS, views
+from .views import views
 from .walk import log_room
 
 if TYPE_CHECKING:
     import rerun as rr
 
-_LIMBS = (RIGHT, LEFT, (240, 160, 100), (120, 190, 235))  # arms, and paler legs, right and left
 _FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 17 MB
 _UP, _BOUND, _ERROR = GREEN, MIDDLE, PURPLE
 
@@ -64,10 +62,9 @@ def record(take: Take, path: str | Path) -> None:
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
-    axes it came in), level; walk (LEVEL's room: the floor, the path over it and its error, the camera, and what goes
+    axes it came in), level; walk (LEVEL's room: the floor, the path over it, the camera, and what goes
     along with the person); rotation (expected errors, and how far each frame's vote on up is from the take's);
-    angles/<angle> with the ends of its 90 % band; marks (moments of events); off_keypoints (how far each limb is from
-    its keypoints); events (notices); provenance.
+    angles/<angle> with the ends of its 90 % band; marks (moments of events); events (notices); provenance.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -100,7 +97,6 @@ def record(take: Take, path: str | Path) -> None:
         log_first(recording, shown, size)
         _log_rotation(recording, shown)
         del shown
-        _log_off_keypoints(recording, take)
         file.check()
         log_room(recording, take, size)
         log_marks(recording, take)
@@ -117,14 +113,6 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
     log_skeleton(recording, "source", take.need("poses"), radius=0.024 * size)
     log_skeleton(recording, "level", take.need("rectified").level, radius=0.04 * size)
-
-
-def _log_off_keypoints(recording: rr.RecordingStream, take: Take) -> None:
-    if (residuals := residuals_of(take)) is None:
-        return
-    values = 100 * np.stack([residuals.limb(limb) for limb in LIMBS], axis=-1)
-    names = [f"{limb.replace('_', ' ')} (% of stature)" for limb in LIMBS]
-    log_curves(recording, OFF_KEYPOINTS, take.need("poses"), values, names, _LIMBS)
 
 
 def _log_rotation(recording: rr.RecordingStream, take: Take) -> None:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.common.residuals import has_residuals
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ..drawing.rerun_log import person_view
@@ -17,7 +16,6 @@ from .walk import walk_view, walked
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
-OFF_KEYPOINTS = "off_keypoints"  # entity: how far each limb is from its keypoints
 # Where the eye stands, in sizes of the person from the pelvis and in the reference axes of a frame's family.
 _EYES = {
     "camera": (0.5, -0.4, -2.4),  # near the camera itself
@@ -58,17 +56,14 @@ def _details(take: Take, size: float) -> rrb.Container:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         texts.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
     texts.append(rrb.TextDocumentView(origin="provenance", name="Provenance"))
-    curves = [
-        _curves("rotation", "Rotation (deg)"),
-        *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if has_residuals(take) else []),
-    ]
+    rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)", plot_legend=rrb.Corner2D.LeftTop)
     columns = [
         [person_view("source", f"Before: {source.name} axes", eye)],
         [
             *([walk_view(take, placed, size)] if placed is not None else []),
             *([angle_views(take)] if angled(take) else []),
         ],
-        [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*texts, active_tab=0)],
+        [rotation, rrb.Tabs(*texts, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
 
@@ -86,9 +81,3 @@ def _bounds(take: Take) -> rrb.VisualBounds2D | None:
     margin = 0.08 * (high - low).max()
     (x_0, y_0), (x_1, y_1) = low - margin, high + margin
     return rrb.VisualBounds2D(x_range=(x_0, x_1), y_range=(y_0, y_1))
-
-
-def _curves(entity: str, name: str) -> rrb.View:
-    import rerun.blueprint as rrb
-
-    return rrb.TimeSeriesView(origin=entity, name=name, plot_legend=rrb.Corner2D.LeftTop)

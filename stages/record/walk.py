@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import breaks, runs
 from ..drawing.palette import MIDDLE
@@ -19,11 +18,10 @@ if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
-_PATH, _ERROR, _CAMERA = (215, 215, 215), (110, 110, 110), MIDDLE
+_PATH, _CAMERA = (215, 215, 215), MIDDLE
 # Where the eye stands, from the middle of the scene and in its reach: along LEVEL's axes; or along the camera's view,
 # to the side that the person faces, and up.
 _EYE, _BESIDE_CAMERA = (-1.6, 1.3, 0.7), (-0.55, 2.1, 1.05)
-_ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
 def walked(rectified: Rectified) -> PoseSequence | None:
@@ -36,8 +34,8 @@ def walked(rectified: Rectified) -> PoseSequence | None:
 
 
 def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    """What the person walks through: walk/path, the pelvis path on the floor; walk/path/error, ellipses that hold it
-    with 90 % where it was estimated; and walk/camera, the camera at its place."""
+    """What the person walks through: walk/path, the pelvis path on the floor; and walk/camera, the camera at its
+    place."""
     import rerun as rr
 
     rectified = take.need("rectified")
@@ -45,14 +43,9 @@ def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
     if walked(rectified) is None or level.path is None:
         return
     path = np.column_stack([level.path.points[:, :2], np.full(len(level), ground(rectified, size))])
-    pieces = runs(is_finite(level.path.points), level.times, breaks(level))
-    strips = [path[piece] for piece in pieces]
+    strips = [path[piece] for piece in runs(is_finite(level.path.points), level.times, breaks(level))]
     look = rr.LineStrips3D(strips, colors=[_PATH], radii=[0.012 * size])
     recording.log("walk/path", look, static=True)
-    if level.path.covariance is not None:
-        ellipses = _ellipses(path, level.path.covariance[:, :2, :2], level.times, pieces)
-        look = rr.LineStrips3D(ellipses, colors=[_ERROR], radii=[0.004 * size])
-        recording.log("walk/path/error", look, static=True)
     R_level_from_camera = _camera_axes(take)
     if take.camera is not None and R_level_from_camera is not None:
         width, height = take.camera.image_size
@@ -77,49 +70,26 @@ def _camera_axes(take: Take) -> np.ndarray | None:
     return rectified.R_source_from_level.T @ source.basis
 
 
-def _ellipses(
-    path: np.ndarray, covariance: np.ndarray, time_s: np.ndarray, pieces: list[slice]
-) -> list[np.ndarray]:
-    """Each (25, 3), where the pelvis is with 90 % by its covariance (T, 2, 2) over the floor: at rows of path (T, 3)
-    that are a second apart and lie outside the last such ellipse, so that somebody who stays has one."""
-    circle = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
-    ellipses: list[np.ndarray] = []
-    last, R_floor_from_axes, reach = np.zeros(3), np.eye(2), np.ones(2)
-    for piece in pieces:
-        seconds = np.floor(time_s[piece] - time_s[piece][0])
-        for row in piece.start + np.unique(seconds, return_index=True)[1]:
-            if not np.isfinite(covariance[row]).all():
-                continue
-            if ellipses and np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
-                continue
-            variances, R_floor_from_axes = np.linalg.eigh(covariance[row])
-            last, reach = path[row], np.sqrt(2) * RAYLEIGH_90 * np.sqrt(variances)
-            over_floor = last[:2] + rotate(R_floor_from_axes, circle * reach)
-            ellipses.append(np.column_stack([over_floor, np.full(len(circle), last[2])]))
-    return ellipses
-
-
-def camera_ahead(take: Take) -> np.ndarray | None:
-    """(2,) unit, where a camera that stands still looks over the floor of LEVEL; None as `_camera_axes`, and where it
-    looks straight up or down."""
+def camera_sides(take: Take) -> tuple[np.ndarray, np.ndarray] | None:
+    """(2,) unit, where a camera that stands still looks over the floor of LEVEL, and beside it the side from which
+    people come towards the eye, as they face -x; None as `_camera_axes`, and where it looks straight up or down."""
     R_level_from_camera = _camera_axes(take)
     ahead = np.zeros(2) if R_level_from_camera is None else R_level_from_camera[:2, 2]
     length = np.linalg.norm(ahead)
-    return ahead / length if length > 1e-6 else None
+    if length < 1e-6:
+        return None
+    x, y = ahead / length
+    return np.array([x, y]), np.array([-y, x] if y > 0 else [y, -x])
 
 
 def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
-    """All of the path at once, and the camera too. size: about half the
-    person's height."""
-
+    """All of the path at once, and the camera too. size: about half the person's height."""
     low, high = (np.nanpercentile(placed.without_feet.joints, share, axis=(0, 1)) for share in (1, 99))
-    eye, ahead = np.array(_EYE), camera_ahead(take)
-    if ahead is not None:
+    eye = np.array(_EYE)
+    if (sides := camera_sides(take)) is not None:
         low, high = np.minimum(low, 0), np.maximum(high, 0)
-        aside = np.array([ahead[1], -ahead[0]])
-        aside = -aside if aside[0] > 0 else aside  # LEVEL's people face -x, and come towards the eye
-        along, across, up = _BESIDE_CAMERA
-        eye = np.append(along * ahead + across * aside, up)
+        *over_floor, up = _BESIDE_CAMERA
+        eye = np.append(over_floor @ np.stack(sides), up)
     reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
     middle = (low + high) / 2
     return person_view(

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import aimed
-from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17, remap
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.signals.guard import repaired
-from pcnet3d.stages.clean import clean
 
 PELVIS = H36M17.index("pelvis")
 
@@ -63,39 +61,9 @@ def test_a_root_of_another_length_is_refused(rows):
         PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA, path=RootPath(np.zeros((rows, 3))))
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("mm", 1000)])
-@pytest.mark.parametrize("frame", ["CAMERA", "Y_UP"])
-def test_a_file_of_places_gives_the_root_in_metres(walk, camera, tmp_path, unit, factor, frame):
-    points = camera.points(walk.world) if frame == "CAMERA" else walk.world @ (Y_UP.basis @ Z_UP.basis.T).T
-    np.savez(tmp_path / "places.npz", joints=factor * points, time_s=walk.time_s)
-    found = read(tmp_path / "places.npz", "arrays", layout="H36M17", frame=frame, unit=unit)
-    np.testing.assert_allclose(found.root, points[:, PELVIS], atol=1e-5)
-    np.testing.assert_allclose(found.joints, points - points[:, [PELVIS]], atol=1e-5)
-
-
 def test_remapping_keeps_it_and_a_mirror_mirrors_it(walk, camera):
     seen = change_frame(in_camera(walk, camera), CAMERA)
     mirrored = repaired(seen, "mirror")
     np.testing.assert_array_equal(mirrored.root, seen.root * [-1, 1, 1])
     named = seen.with_(joints=seen.joints[:, : len(COCO17)], layout=COCO17)  # any names
     np.testing.assert_array_equal(remap(named, H36M17).root, seen.root)
-
-
-def test_cleaning_fills_short_gaps_of_the_way_and_takes_spikes_out(walk, camera):
-    seen = change_frame(in_camera(walk, camera), CAMERA)
-    kept = np.delete(np.arange(len(walk)), [40, 41])
-    root = seen.root.copy()
-    root[20] += [0, 0, 3.0]
-    root[60:63] = np.nan
-    broken = seen.with_(
-        joints=seen.joints[kept],
-        confidence=None,
-        time_s=seen.times[kept],
-        frame_index=kept,
-        path=RootPath(root[kept]),
-    )
-    cleaned = clean(broken)[0]
-    np.testing.assert_allclose(cleaned.root, seen.root, atol=1e-2)
-    assert len(cleaned.root) == len(walk)
-    root[60:80] = np.nan
-    assert np.isnan(clean(seen.with_(path=RootPath(root)))[0].root[60:80]).all()

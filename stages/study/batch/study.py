@@ -23,12 +23,6 @@ _COUNTS = ("count", "steps")  # of movements, which the page shows beside the fi
 # Of a notice.
 _SAID = ("code", "weight", "about", "text")
 
-# What the table says of a run that left nothing to judge it by.
-_UNKNOWN: dict[str, Any] = {
-    "notices": [], "verdict": "", "frames": None, "fps": None, "duration_s": None, "unit": "",
-    "method": "", "angle_errors": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY),
-    "measures": {}, "numbers": {},
-}  # fmt: skip
 # Of study.parquet, whose other columns are numbers, each measure's among them.
 _COLUMNS = (
     "name", "subject", "visit", "condition", "person", "state", "exit_code", "code", "reason", "report", "notices",
@@ -58,7 +52,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         else "",
     }
     if not (folder / POSES).exists():
-        return {**_UNKNOWN, **row}
+        return row
     try:
         take = read_run(folder)
     except InputError as error:

@@ -369,19 +369,6 @@ def test_three_js_finds_bones_that_move(walked, tmp_path, write, names):
         np.testing.assert_allclose(found["posed"][name], place_m, atol=2e-3, err_msg=name)
 
 
-def test_a_viewer_of_another_package_finds_bones_that_are_closed_and_right_side_out(walked, glb):
-    trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
-    scene = trimesh.load(glb(walked())[2])
-    bones = [bone for part in scene.geometry.values() for bone in part.split()]
-    assert len(bones) == 16
-    for bone in bones:
-        assert bone.is_watertight
-        assert bone.volume > 0
-    low, high = scene.bounds
-    assert high[0] - low[0] == pytest.approx(1.55, abs=0.05)  # from hand to hand of the T-pose
-    assert high[1] == pytest.approx(1.7, abs=0.05)
-
-
 def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
     kinematics = {"r_wrist_x": np.zeros(len(gappy.poses))}
     take = Export(tmp_path, also=("bvh", "glb"))(gappy.with_(kinematics=kinematics))

@@ -15,7 +15,6 @@ from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, floor_height
 from pcnet3d.pipeline.core.frames import METRES, Frame
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 from refusals import refused
@@ -260,13 +259,3 @@ def test_what_a_take_lacks_for_tables_is_said(take):
     for of, without in (("to_pandas", "kinematics"), ("to_xarray", "rectified")):
         with refused("needs-stage", without):
             getattr(take.with_(**{without: None}), of)()
-
-
-def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
-    Export(tmp_path)(take.with_(measures=rows_of({"paths": {"r_wrist": {"path_length": 1.5}}})))
-    summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["measures"] == {"paths": {"r_wrist": {"path_length": 1.5}}}
-    assert [step["name"] for step in summary["history"][-2:]] == ["low-pass filter", "smoother"]
-    assert summary["history"][-2]["options"]["cutoff_hz"] == 6.0
-    paths = ["r_wrist", "l_wrist", "r_ankle", "l_ankle"]
-    assert summary["history"][-1]["options"] == {"columns_of": paths, "joint_errors": "estimated"}

@@ -2,19 +2,15 @@
 
 import shutil
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.recordings import Recording
-from pcnet3d.models.common.residuals import LIMBS
 from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
 from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.stages.record import stage
 from pcnet3d.stages.record.stage import Record, record
-from pcnet3d.stages.record.views import OFF_KEYPOINTS
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 TAB = "ContainerBlueprint:display_name"
@@ -45,22 +41,6 @@ def test_bones_join_the_joints_they_name(taken):
         _, _, strips = recording.over_time(f"{entity}/bones", f"{archetype}:strips")
         expected = [[poses.joint(end) for end in bone] for bone in poses.layout.bones]
         same(strips, np.moveaxis(expected, 2, 0))
-
-
-def test_missing_joints_stay_missing(taken, make_take):
-    take = make_take()
-    joints = take.poses.joints.copy()
-    joints[4, take.poses.layout.index("l_wrist")] = np.nan
-    joints[7] = np.nan
-    poses = take.poses.with_(joints=joints)
-    R = take.rectified.R_source_from_body.copy()
-    R[7] = np.nan
-    rectified = replace(take.rectified, R_source_from_body=R, up_votes=R[:, :, 2])
-    _, recording = taken(poses=poses, rectified=rectified)
-    _, _, positions = recording.over_time("source/joints", "Points3D:positions")
-    same(positions, joints)
-    _, _, deviation = recording.over_time("rotation/up", "Scalars:scalars")
-    assert np.flatnonzero(np.isnan(deviation)).tolist() == [7]
 
 
 def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
@@ -221,10 +201,3 @@ def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="could not be written to its end; is the disk full"):
         record(make_take(), tmp_path / "take.rrd")
     assert not list(tmp_path.iterdir())
-
-
-def test_how_far_each_limb_is_from_its_keypoints(make_take, read_back, monkeypatch):
-    shares = {limb: np.linspace(0, 0.01 * (1 + i), 12) for i, limb in enumerate(LIMBS)}  # of the stature
-    monkeypatch.setattr(stage, "residuals_of", lambda take: SimpleNamespace(limb=shares.get))
-    _, _, values = read_back(make_take()).over_time(OFF_KEYPOINTS, "Scalars:scalars")
-    np.testing.assert_allclose(values, 100 * np.stack([*shares.values()], axis=-1), atol=1e-6)

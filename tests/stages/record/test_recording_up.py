@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
-from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.stages.drawing.facts import facts_of
 
@@ -32,13 +32,6 @@ def moving(rectified: Rectified, pitch_deg: np.ndarray) -> Rectified:
     zero = np.zeros_like(pitch_deg)
     levels = view_rotation(zero, pitch_deg, zero)
     return replace(rectified, R_source_from_level=levels, camera="moving", level_heading="camera")
-
-
-def test_pitch_and_roll_are_those_of_the_camera():
-    rng = np.random.default_rng(0)
-    pitch, roll = rng.uniform(-80, 80, 50), rng.uniform(-170, 170, 50)
-    up = view_rotation(rng.uniform(0, 360, 50), pitch, roll)[:, :, 2]
-    np.testing.assert_allclose(pitch_roll_deg(up), np.stack([pitch, roll], -1), atol=1e-6)
 
 
 @pytest.mark.parametrize("frame", [CAMERA, GL_CAMERA, PC_CAMERA], ids=lambda frame: frame.name)
@@ -94,12 +87,3 @@ def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
     np.testing.assert_allclose(np.ravel(values), np.linspace(0, 30, 12), atol=1e-6)
     assert recording.static("rotation/up", "SeriesLines:names") == ["vote off the take's up (deg)"]
     assert np.ravel(recording.over_time("rotation/bound", "Scalars:scalars")[2]).tolist() == [5] * 12
-
-
-def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
-    assert "rotation/error" not in taken()[1].entities
-    error = np.arange(12.0)
-    error[3] = np.nan
-    _, recording = taken(rectified=replace(make_take().rectified, error_deg=error))
-    _, _, values = recording.over_time("rotation/error", "Scalars:scalars")
-    np.testing.assert_array_equal(np.ravel(values), error)

@@ -11,7 +11,7 @@ from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.stages.record.stage import record
-from pcnet3d.stages.record.walk import _ellipses, walked
+from pcnet3d.stages.record.walk import walked
 
 STRIPS = "LineStrips3D:strips"
 
@@ -62,28 +62,3 @@ def test_a_path_from_a_worlds_origin_has_no_camera(take, read_back):
     entities = read_back(take.with_(poses=world)).entities
     assert "walk/camera" not in entities
     assert "walk/path" in entities
-
-
-def test_ellipses_hold_the_pelvis_with_90_percent():
-    rng = np.random.default_rng(0)
-    covariance = np.array([[0.09, 0.03], [0.03, 0.02]])
-    path, time_s = np.array([[4.0, 1.0, -1.0]]), np.zeros(1)
-    ((*outline,),) = _ellipses(path, covariance[None], time_s, [slice(0, 1)])
-    outline = np.array(outline)
-    assert (outline[:, 2] == -1).all()
-    drawn = rng.multivariate_normal(path[0, :2], covariance, 4000)
-    side, to = np.diff(outline[:, :2], axis=0), drawn[:, None] - outline[:-1, :2]
-    around = side[:, 0] * to[..., 1] - side[:, 1] * to[..., 0]
-    inside = (around > 0).all(axis=1) | (around < 0).all(axis=1)
-    assert inside.mean() == pytest.approx(0.9, abs=0.02)
-
-
-def test_who_walks_has_an_ellipse_a_second_and_who_stays_has_one():
-    time_s = np.arange(100) / 20
-    covariance = np.tile(0.01 * np.eye(2), (100, 1, 1))
-    stays, walks = np.zeros((100, 3)), np.column_stack([1.2 * time_s, 0 * time_s, 0 * time_s])
-    assert len(_ellipses(stays, covariance, time_s, [slice(0, 100)])) == 1
-    found = _ellipses(walks, covariance, time_s, [slice(0, 100)])
-    np.testing.assert_allclose([np.mean(each[:-1, 0]) for each in found], 1.2 * np.arange(5), atol=1e-9)
-    covariance[:45] = np.nan  # an error that nobody knows is not drawn
-    assert len(_ellipses(walks, covariance, time_s, [slice(0, 100)])) == 2

@@ -9,15 +9,13 @@ import pytest
 from golden.html import Page
 from golden.walks import GEOMETRIC, measured
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import BODY, H36M17, Y_UP, PoseSequence, Take, change_frame
+from pcnet3d.pipeline import BODY, H36M17, PoseSequence
 from pcnet3d.pipeline.core.figures import label_of
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.events import chosen_events, moments_of
 from pcnet3d.stages.report.stage import Report, report
 from refusals import refused
@@ -92,14 +90,6 @@ def test_what_a_take_lacks_is_left_out(walk_take):
         report(walk_take.with_(rectified=None))
 
 
-def test_a_source_without_a_camera_is_not_said_to_be_seen_by_one():
-    take = Take("world", poses=change_frame(walker(seconds=1.0).poses, Y_UP))
-    said = report(Rectify()(take))
-    assert "before rectification, as seen by one who looks north" in said
-    for words in ("the camera", "camera&#39;s", "the image&#39;s"):
-        assert words not in said
-
-
 def test_a_key_frame_without_a_pelvis_is_drawn(walk_take):
     poses = walk_take.poses
     joints = np.nan_to_num(poses.joints)
@@ -133,19 +123,6 @@ def test_a_take_that_nothing_is_known_of_still_has_a_report(walk_take):
         keypoints=None,
     )
     assert "there is nothing" in report(take)
-
-
-def test_the_angle_table_counts_and_gives_reasons():
-    value = np.array([10.0, 20, 30, np.nan, np.nan, 40, 50, 60, 70, 80])
-    columns = {
-        "r_knee_flexion_deg": value,
-        "r_knee_flexion_sd_deg": np.where(np.isfinite(value), 2.5, np.nan),
-        "r_knee_flexion_reason": np.where(np.isfinite(value), 0, 1).astype(np.int8),
-    }
-    cells = re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", angle_table(columns))
-    assert cells[5:] == ["right knee flexion", "80 %", "45", "4", "1: 2"]
-    assert "1: a joint is missing" in angle_table(columns)
-    assert angle_table({}) == ""
 
 
 def test_the_stage_changes_nothing_and_links_the_files_beside_the_page(walk_take, content, tmp_path):

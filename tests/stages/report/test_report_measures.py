@@ -137,17 +137,6 @@ def test_only_what_happened_is_shown_and_nothing_is_denied():
     assert "<h3>Knee bends</h3>" in page({"knee_bends": {"count": 2, "squats": 1}})
 
 
-def test_how_much_of_the_take_could_be_judged_and_what_is_withheld_are_told():
-    for percent, told in ((83.4, True), (100.0, False)):
-        said = page({"knee_bends": {"count": 2, "observable_percent": percent}})
-        assert (figures(said).get("could be judged") == "83 %") == told
-    said = page(
-        {"walking": {"steps": 3, "cadence_withheld": "few-strides", "lengths_withheld": "camera-moves"}}
-    )
-    assert "No cadence: too few strides." in said
-    assert "No lengths and speed: the camera moves." in said
-
-
 def test_a_gait_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
     drawn = []
     monkeypatch.setattr(

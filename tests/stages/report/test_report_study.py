@@ -104,16 +104,6 @@ def test_nothing_that_came_from_a_file_runs_or_loads(content, opened):
     assert EVIL in column(browser, "Failed takes", 4)
 
 
-@pytest.mark.parametrize("width", [1280, 320])
-def test_it_fits(content, opened, width):
-    browser = opened(content, width)
-    assert browser.value("document.documentElement.scrollWidth") <= width
-    sizes = (
-        "[...document.querySelectorAll('p,td,th,small')].map(e => parseFloat(getComputedStyle(e).fontSize))"
-    )
-    assert browser.value(f"Math.min(...{sizes})") >= 13
-
-
 def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
     rows = study(3)
     of = ("range_of_motion", "r_knee_flexion")

@@ -10,7 +10,6 @@ from golden.measures import rows_of
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.report.trust import trust
 
@@ -107,35 +106,6 @@ def test_what_is_shorter_than_half_a_second_is_not_trusted_blindly(good):
     assert [level(each) for each in shorter] == ["good", "care"]
 
 
-def test_only_who_moves_is_said_to_move_as_people_do(walk_take):
-    def said(rows) -> str:
-        take = known(walk_take, 2.7)
-        take = take.with_(poses=take.poses.with_(joints=take.poses.joints[rows]))
-        return told(take)
-
-    everything, photo = np.arange(len(walk_take.poses)), np.zeros(len(walk_take.poses), dtype=int)
-    assert "The body has steady bones and moves as people do." in said(everything)
-    assert "The body has steady bones." in said(photo)
-
-
-def test_one_frame_shows_no_movement(walk_take):
-    take = known(walk_take, 2.7)
-    joints = take.poses.joints.copy()
-    joints[1:] = np.nan
-    take = take.with_(poses=take.poses.with_(joints=joints))
-    said = told(take)
-    assert "moves as people do" not in said
-    judged = take.with_(findings=findings_of(take.poses))
-    assert "too-few-frames" in {each.code for each in judged.findings}
-    assert level(judged) != "good"
-    alone = take.with_(poses=take.poses.rows(0, 1))
-    assert "No exchanged limbs were found" in told(take)
-    assert "No exchanged limbs were found" not in told(alone)
-    assert "The poses are good" not in told(judged)
-    alone = alone.with_(findings=findings_of(alone.poses))
-    assert "The poses cannot be judged" in told(alone)
-
-
 def test_the_first_words_do_not_contradict_the_poses(walk_take):
     """ "Do not rely on it" stood beside "The poses are good: No fault was found", and "figures hold within their
     errors" beside "The poses are suspicious"."""
@@ -208,32 +178,6 @@ def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
     # "Some figures may be off by more than their errors" stood above figures of which none had one.
     doubtful = told(take.with_(findings=(own_notice("test.rubber", "Bones vary.", "suspicious"),)))
     assert "Some figures may be off." in doubtful
-
-
-def test_why_a_take_is_not_levelled_is_said_once(walk_take):
-    tilted = replace(walk_take.rectified, level_ok=False, level_reason="they lie")
-    take = walk_take.with_(rectified=tilted).saying(notice("not-levelled", reason="they lie"))
-    assert told(take).count("they lie") == 1
-
-
-def test_it_says_when_joints_are_missing(good):
-    joints = np.nan_to_num(good.poses.joints)
-    whole = good.with_(poses=replace(good.poses, joints=joints))
-    said = told(whole)
-    assert "Every frame has all joints." in said
-    filled = whole.saying(notice("gaps-filled", count=51, max_gap_s=0.2))
-    assert "Every frame has all joints." not in told(filled)  # after three white images
-    assert "except for moments" not in said  # both stood there, side by side
-    joints = joints.copy()
-    joints[30:45, 3] = np.nan
-    joints[50:52] = np.nan
-    times = good.poses.times
-    gone = good.with_(poses=replace(good.poses, joints=joints))
-    words = f"missing from {times[30]:.2f} to {times[44]:.2f} s, {times[50]:.2f} to {times[51]:.2f} s."
-    assert words in told(gone)
-    joints[::2] = np.nan
-    often = good.with_(poses=replace(good.poses, joints=joints))
-    assert re.search(r"and \d+ more times\.", told(often))
 
 
 def test_without_keypoints_a_smooth_exchange_is_not_ruled_out(good):

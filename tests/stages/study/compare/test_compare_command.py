@@ -179,18 +179,6 @@ def test_a_figure_that_cannot_be_is_blamed_and_not_the_file(runs, tmp_path, valu
     assert not list(tmp_path.iterdir())
 
 
-def test_a_run_without_angles_has_words(runs, tmp_path):
-    import pyarrow.parquet as pq
-
-    for name in ("poses.npz", "summary.json"):
-        shutil.copy(runs / "side" / name, tmp_path)
-    table = pq.read_table(runs / "side/kinematics.parquet")
-    of_angles = [name for name in table.column_names if "_deg" in name]
-    pq.write_table(table.drop_columns(of_angles), tmp_path / "kinematics.parquet")
-    with pytest.raises(InputError, match="r_knee_flexion"):
-        load_side(tmp_path)
-
-
 @pytest.mark.parametrize("first", [True, False])
 def test_a_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path, first):
     import pyarrow.parquet as pq

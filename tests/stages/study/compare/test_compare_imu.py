@@ -46,14 +46,6 @@ def felt(walk, segment, faults):
     return sensor.time_s, low_passed(sensor) - own
 
 
-def test_video_acceleration_is_the_true_one(walk):
-    grid, found = seen(walk, "r_forearm")
-    truth = point_on("r_forearm", walk.acceleration_mps2 - walk.acceleration_mps2[:, :1])
-    found = resampled(found, grid, walk.time_s)
-    assert np.sqrt(np.nanmean((found - truth) ** 2)) < 0.05 * np.sqrt(np.mean(truth**2))
-    assert np.isfinite(found).all(axis=1).mean() > 0.95
-
-
 @pytest.mark.parametrize("segment", ["r_forearm", "l_shank", "r_thigh"])
 @pytest.mark.parametrize(("lag", "turned_deg"), [(0.137, 70.0), (-1.2345, -160.0), (0.0, 0.0)])
 def test_lag_and_heading_of_the_walker(walk, segment, lag, turned_deg):
