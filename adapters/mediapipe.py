@@ -111,7 +111,7 @@ def read(path: Path, recording: str | None = None) -> tuple[PoseSequence, ...]:
             _add(sightings, frame, values)
     else:
         clock = _table(path, sightings, recording)
-    if len(sightings) and (off := _off_origin(sightings.points)) > _ROOT_M:
+    if (off := _off_origin(sightings.points)) > _ROOT_M:
         raise InputError(
             "wrong-axes",
             f"{path}: expected world landmarks with the middle of the hips at the origin, got it {off:.2g} away; these "

@@ -84,7 +84,7 @@ def read(path: Path, metric: bool = False, stature_m: float | None = None) -> tu
             )
         box = numbers(person.get("bbox", []), where).ravel()
         sightings.add(moment, joints, scores, box=box if box.shape == (4,) else None)
-    whole_body = len(sightings) > 0 and sightings.points.shape[1] != len(H36M17)
+    whole_body = sightings.points.shape[1] != len(H36M17)
     if metric if whole_body else stature_m is not None:
         option, kind = ("metric", "a lifter") if whole_body else ("stature_m", "RTMW3D")
         raise InputError(

@@ -74,8 +74,6 @@ def read(
     for moment, person, row in zip(held.moments.tolist(), held.people, values, strict=True):
         if np.isfinite(row[:, :3]).any():
             sightings.add(moment, row[:, :3], row[:, 3], None if track else person)
-    if not len(sightings):
-        raise InputError("nothing-usable", f"{path}: no person was found in any frame.")
     frame = standing_frame(sightings.points, layout, up, unit, str(path))
     people = sightings.poses(layout, frame, held.clock, placed=True)
     return tuple(poses.with_(made_by=maker(made_by)) for poses in people)

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-from ...pipeline.core.errors import InputError, readable
+from ...pipeline.core.errors import InputError, naming, readable
 from ...pipeline.files.unpacked import GZIP, unpacked
 
 _GZIP = b"\x1f\x8b"
@@ -48,14 +48,13 @@ def opened_text(path: Path, what: str) -> Iterator[TextIO]:
         file.seek(0)
         if start == _GZIP:
             try:
-                content = unpacked(file.read(), "a text", GZIP)
+                with naming(path):
+                    content = unpacked(file.read(), "a text", GZIP)
             except (zlib.error, EOFError):
                 raise InputError(
                     "file-damaged",
                     f"Expected {what} in {path}, but its gzip data are damaged or cut short; copy it again.",
                 ) from None
-            except InputError as error:
-                raise InputError(error.code, f"{path}: {error}") from None
             with io.TextIOWrapper(io.BytesIO(content), _encoding(content), newline="") as text:
                 yield text
         else:

@@ -85,7 +85,9 @@ class People:
 
     @property
     def points(self) -> np.ndarray:
-        """(N, J, D) float32 of all sightings; writable."""
+        """(N, J, D) float32 of all sightings; writable. InputError for nobody at all."""
+        if not len(self):
+            raise self._nobody()
         return np.frombuffer(self._points, np.float32).reshape(len(self), self._joints, self._dims)
 
     @property
@@ -105,14 +107,12 @@ class People:
         of them with a score above 0 (Ultralytics' YOLO). InputError for nobody at all, for another layout, for
         coordinates that are no pixels, and for a person who is in a frame twice.
         """
-        if not len(self):
-            raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
-        likely = layouts_of(self._joints, self._where, layouts)
-        points, scores = self.points[:, : len(likely[0])], self.scores[:, : len(likely[0])]
+        everybody, likely = self.points, layouts_of(self._joints, self._where, layouts)
+        points, scores = everybody[:, : len(likely[0])], self.scores[:, : len(likely[0])]
         gone = np.isnan(points).any(axis=-1) | (points == 0).all(axis=-1)
         points[gone], scores[gone] = np.nan, np.nan
         if gone.all():
-            raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
+            raise self._nobody()
         if np.nanmax(np.abs(points)) <= 1:
             raise InputError(
                 "wrong-axes",
@@ -152,8 +152,6 @@ class People:
         without boxes are told apart. placed: the joints say where in space the person is, not only the pose. Others and
         errors as for `keypoints`; the history says by what people without names were told apart.
         """
-        if not len(self):
-            raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
         points, scores = self.points[:, : len(layout)], self.scores[:, : len(layout)]
         unknown = saying_nothing(scores)
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
@@ -185,6 +183,9 @@ class People:
         self.points[self.scores == 0] = np.nan
         self.scores[:] = np.nan
         return True
+
+    def _nobody(self) -> InputError:
+        return InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
 
     def _crowded(self, what: str) -> InputError:
         return InputError(

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, naming, readable
 from ...pipeline.core.messages import how_many
 from ...pipeline.files.unpacked import unpacked
 from .opened import first_bytes
@@ -208,21 +208,19 @@ def beginning(path: Path) -> bytes:
 
 def load(path: Path) -> Any:
     """What a pickle holds: dicts, lists, tuples, texts, numbers and arrays. InputError for anything else."""
-    try:
+    with readable(path, "a pickle"):
         content = path.read_bytes()
-    except OSError as error:
-        raise InputError("cannot-open", f"Cannot read {path}: {error.strerror or error}.") from None
     return loads(content, str(path))
 
 
 def loads(content: bytes, where: str) -> Any:
     """The same of a pickle's bytes, zlib's or not. where: the file, for InputError as of `load`."""
     try:
-        if content[:1] == _ZLIB:
-            content = unpacked(content, "a pickle")
-        return _resolved(_Reader(content).load(), {})
-    except InputError as error:
-        raise error if where in str(error) else InputError(error.code, f"{where}: {error}") from None
+        with naming(where):
+            content = unpacked(content, "a pickle") if content[:1] == _ZLIB else content
+            return _resolved(_Reader(content).load(), {})
+    except InputError:
+        raise
     except Exception as error:  # the parser raises whatever damaged bytes lead it to
         raise InputError(
             "file-damaged",

@@ -18,7 +18,7 @@ import numpy as np
 from typer import Option
 
 from ...pipeline.core.device import computing_on
-from ...pipeline.core.extras import needed_for
+from ...pipeline.core.errors import needed_for
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.rotations import rotate, transpose

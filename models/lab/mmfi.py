@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from typer import Argument, Option
 
-from ...pipeline.core.errors import InputError
-from ...pipeline.core.extras import needed_for
+from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.atomic import write_json, write_text
 from ...pipeline.running.recipe import load_toml

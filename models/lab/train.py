@@ -10,8 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ...pipeline.core.errors import InputError
-from ...pipeline.core.extras import needed_for
+from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.running.recipe import load_toml
 from .common.config import checked
 from .common.modules import run_command

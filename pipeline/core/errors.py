@@ -56,3 +56,15 @@ def naming(place: object) -> Iterator[None]:
         yield
     except InputError as error:
         raise error if str(place) in str(error) else InputError(error.code, f"{place}: {error}") from None
+
+
+@contextmanager
+def needed_for(what: str, extra: str = "train") -> Iterator[None]:
+    """Around imports of an extra of pyproject.toml: InputError that says what needs the package that is missing."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise InputError(
+            "needs-package",
+            f"{what} needs {error.name}, which is not installed: pip install 'pcnet3d[{extra}]'.",
+        ) from None

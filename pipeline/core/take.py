@@ -11,8 +11,7 @@ import numpy as np
 
 from .anthropometry import STATURES_M
 from .camera import Camera
-from .errors import InputError
-from .extras import needed_for
+from .errors import InputError, needed_for
 from .measures import Measures
 from .messages import in_one_line
 from .movement import dataset_of

@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...models.angle_error.joint_noise import JOINTS, shipped_noise
-from ...pipeline.core.errors import InputError
-from ...pipeline.core.extras import needed_for
+from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.running.progress import each
 
 # The body whose origin is the joint.

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.extras import needed_for
+from ....pipeline.core.errors import needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.rotations import rotate, transpose

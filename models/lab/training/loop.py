@@ -35,8 +35,7 @@ from pydantic import (
 )
 from torch import Tensor, nn
 
-from ....pipeline.core.errors import InputError, readable
-from ....pipeline.core.extras import needed_for
+from ....pipeline.core.errors import InputError, needed_for, readable
 from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted

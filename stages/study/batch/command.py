@@ -11,8 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from ....pipeline.core.device import AUTO, computing_on
-from ....pipeline.core.errors import InputError
-from ....pipeline.core.extras import needed_for
+from ....pipeline.core.errors import InputError, needed_for
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.system import cores
