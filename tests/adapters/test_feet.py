@@ -19,7 +19,7 @@ def blazepose(folder, bodies):
     feet = feet_of(bodies)
     feet[:, TOES] = (feet[:, TOES] + feet[:, SMALL]) / 2  # the foot index
     feet[:, SMALL] = np.nan
-    return read(landmarks.frames_json(folder, landmarks.landmarks(bodies)), fps=25), feet
+    return read(landmarks.wide(folder, landmarks.landmarks(bodies)), fps=25), feet
 
 
 def body_25(folder, bodies):

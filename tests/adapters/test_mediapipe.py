@@ -7,9 +7,7 @@ from golden.films import film
 from golden.landmarks import (
     bare,
     bare_json,
-    bare_with_frame,
     dump,
-    frames_json,
     image,
     landmarks,
     long,
@@ -40,8 +38,8 @@ def world(turning) -> np.ndarray:
     return landmarks(turning(FRAMES))
 
 
-NUMBERED = (wide, bare_with_frame, long_numbered, frames_json, tasks_json)
-TIMED = (wide_named, long, tasks_json, frames_json)
+NUMBERED = (wide, long_numbered, tasks_json)
+TIMED = (wide_named, long, tasks_json)
 WRITERS = (
     *NUMBERED,
     wide_from_1,
@@ -53,7 +51,6 @@ WRITERS = (
     message_json,
     bare_json,
 )
-SILENT = (wide_both, bare_with_frame)  # no visibilities
 
 
 @pytest.mark.parametrize("write", WRITERS)
@@ -70,10 +67,9 @@ def test_golden(tmp_path, world, turning, write):
     assert poses.frame_index[0] == (3 if write in NUMBERED else 0)
     assert (poses.time_s is not None) == (write in TIMED)
     if write in TIMED:
-        start = 3 if write is frames_json else 0  # its rate is stated, and its frames begin at 3
-        np.testing.assert_allclose(poses.times, 0.04 * (np.arange(FRAMES) + start), atol=1e-9)
+        np.testing.assert_allclose(poses.times, 0.04 * np.arange(FRAMES), atol=1e-9)
     wrist = poses.confidence[:, H36M17.index("r_wrist")]
-    np.testing.assert_allclose(wrist, np.nan if write in SILENT else 16 / 40, atol=1e-6)
+    np.testing.assert_allclose(wrist, np.nan if write is wide_both else 16 / 40, atol=1e-6)
 
 
 @pytest.mark.parametrize("write", [writer for writer in WRITERS if writer not in (wide_both, tasks_json)])

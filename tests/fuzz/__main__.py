@@ -8,7 +8,6 @@ exit code is 1 when there was one.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections import Counter
 from pathlib import Path
@@ -26,7 +25,6 @@ if __name__ == "__main__":
     parser.add_argument("--count", type=int, default=1000, help="files for each reader")
     parser.add_argument("--first", type=int, default=0, help="number of the first file")
     parser.add_argument("--keep", type=Path, help="folder for the files that are findings")
-    parser.add_argument("--json", type=Path, help="file to append each reader's figures to, one line each")
     given = parser.parse_args()
     found, worker = 0, Worker(read)
     for reader in given.readers or names():
@@ -45,8 +43,5 @@ if __name__ == "__main__":
             )
         for kind, count in kinds.most_common():
             print(f"  {count} x {kind}")
-        if given.json:
-            with given.json.open("a") as file:
-                file.write(json.dumps(result.figures()) + "\n")
     worker.close()
     sys.exit(1 if found else 0)

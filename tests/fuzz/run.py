@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from fuzz.guarded import Outcome, Worker
 from fuzz.readers import damage, seeds, write_seeds
@@ -32,9 +31,6 @@ class Findings:
             f"{self.reader}: {self.files} files, {self.valid} valid, {len(self.findings)} findings, slowest "
             f"{self.slowest:.2f} s, most memory {self.peak >> 20} MiB, {self.seconds:.0f} s in all"
         )
-
-    def figures(self) -> dict[str, Any]:
-        return {**vars(self), "findings": [number for number, _ in self.findings]}
 
 
 def fuzz(

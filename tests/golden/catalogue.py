@@ -74,8 +74,11 @@ def _tasks_json(person: Person, folder: Path) -> Path:
 
 
 def _phalp(person: Person, folder: Path) -> Path:
-    path = folder / "demo_walk.pkl"
-    path.write_bytes(phalp.as_joblib(phalp.tracks(person.turning(60))))
+    return _pickle(folder / "demo_walk.pkl", phalp.tracks(person.turning(60)))
+
+
+def _pickle(path: Path, content: dict) -> Path:
+    path.write_bytes(phalp.as_joblib(content))
     return path
 
 
@@ -141,9 +144,7 @@ def _world(write: Callable, person: Person, folder: Path) -> Path:
 
 def _wham(person: Person, folder: Path) -> Path:
     estimators.regressor(folder)
-    path = folder / "wham_output.pkl"
-    path.write_bytes(phalp.as_joblib(estimators.wham_people(_two_turning(person))))
-    return path
+    return _pickle(folder / "wham_output.pkl", estimators.wham_people(_two_turning(person)))
 
 
 def _detections(form: str, layout: Layout, person: Person, folder: Path) -> Path:
@@ -180,21 +181,8 @@ def _imu_csv(person: Person, folder: Path) -> Path:
     return folder / "wrist.csv"
 
 
-def _movid(person: Person, folder: Path) -> Path:
-    path = folder / "movid_output.pkl"
-    path.write_bytes(phalp.as_joblib(estimators.movid_people(_two_turning(person))))
-    return path
-
-
-def _vibe(person: Person, folder: Path) -> Path:
-    path = folder / "vibe_output.pkl"
-    path.write_bytes(phalp.as_joblib(estimators.vibe_people(_two_turning(person))))
-    return path
-
-
-def _mediapipe_npy(person: Person, folder: Path) -> Path:
-    np.save(folder / "world.npy", landmarks.landmarks(person.turning(FRAMES)))
-    return folder / "world.npy"
+def _pickled(made: Callable[[list[np.ndarray]], dict], person: Person, folder: Path) -> Path:
+    return _pickle(folder / "output.pkl", made(_two_turning(person)))
 
 
 CATALOGUE = (
@@ -266,7 +254,7 @@ CATALOGUE = (
     Golden("mediapipe", "JSON of the Tasks API", _tasks_json),
     Golden("mediapipe", "JSON, bare lists", partial(_mediapipe, landmarks.bare_json)),
     Golden("mediapipe", "BlazePose of TF.js", partial(_mediapipe, landmarks.tfjs)),
-    Golden("mediapipe", "`.npy` of (frames, 33, 3 or 4)", _mediapipe_npy),
+    Golden("mediapipe", "`.npy` of (frames, 33, 3 or 4)", partial(_npy, landmarks.landmarks, FRAMES)),
     Golden("mhr70", "CSV of SAM3DBody-cpp", partial(_one, estimators.sam3d_csv)),
     Golden("mhr70", "`.npz` of SAM 3D Body's arrays", partial(_one, estimators.sam3d_stacked)),
     Golden("mhr70", "folder of `.npz` with SAM 3D Body's dicts", partial(_people, estimators.sam3d_folder)),
@@ -297,7 +285,7 @@ CATALOGUE = (
     Golden("videopose3d", "folder of a vis.py", partial(_one, lifters.vis_folder)),
     Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", H36M17)),
     Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", H36M17)),
-    Golden("wham", "MoViD's `.pkl`", _movid),
-    Golden("wham", "VIBE's `vibe_output.pkl`", _vibe),
+    Golden("wham", "MoViD's `.pkl`", partial(_pickled, estimators.movid_people)),
+    Golden("wham", "VIBE's `vibe_output.pkl`", partial(_pickled, estimators.vibe_people)),
     Golden("wham", "`wham_output.pkl`", _wham, {"regressor": estimators.REGRESSOR}),
 )  # fmt: skip

@@ -70,10 +70,6 @@ def bare(folder, world):
     return write_csv(folder / "a.csv", None, [row.ravel() for row in world])
 
 
-def bare_with_frame(folder, world):
-    return write_csv(folder / "a.csv", None, [[i + 3, *row[:, :3].ravel()] for i, row in enumerate(world)])
-
-
 def long(folder, world):
     header = ["timestamp_s", "landmark", "x_m", "y_m", "z_m", "visibility"]
     rows = [
@@ -93,11 +89,6 @@ def long_numbered(folder, world):
 def dump(folder, content):
     (folder / "a.json").write_text(json.dumps(content))
     return folder / "a.json"
-
-
-def frames_json(folder, world):
-    frames = [{"frame": i + 3, "pose_world_landmarks": points(row)} for i, row in enumerate(world)]
-    return dump(folder, {"video": "a.mp4", "fps": 25, "frames": frames})
 
 
 def tasks_json(folder, *people):

@@ -137,6 +137,16 @@ def test_a_whole_video_is_not_doubted(film, tmp_path, ending):
     assert video.read(path)[0].doubts == ()
 
 
+def silence(container, stream, parts: int, rate_hz: int) -> None:
+    import av
+
+    for i in range(parts):
+        part = av.AudioFrame.from_ndarray(np.zeros((2, 1024), np.float32), format="fltp", layout="stereo")
+        part.sample_rate, part.pts = rate_hz, 1024 * i
+        container.mux(stream.encode(part))
+    container.mux(stream.encode())
+
+
 def test_sound_that_goes_on_is_no_cut(tmp_path):
     """FLV says how long all of it is, and no more."""
     import av
@@ -150,11 +160,7 @@ def test_sound_that_goes_on_is_no_cut(tmp_path):
                 images.encode(av.VideoFrame.from_ndarray(np.zeros((48, 64, 3), np.uint8), format="rgb24"))
             )
         container.mux(images.encode())
-        for i in range(200):  # 4.6 s
-            part = av.AudioFrame.from_ndarray(np.zeros((2, 1024), np.float32), format="fltp", layout="stereo")
-            part.sample_rate, part.pts = 44100, 1024 * i
-            container.mux(sound.encode(part))
-        container.mux(sound.encode())
+        silence(container, sound, 200, 44100)  # 4.6 s
     assert video.read(path)[0].doubts == ()
 
 
@@ -164,11 +170,7 @@ def test_sound_alone(tmp_path):
     path = tmp_path / "sound.mp4"
     with av.open(path, "w") as container:
         stream = container.add_stream("aac", rate=8000)
-        for i in range(5):
-            sound = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), format="fltp", layout="mono")
-            sound.sample_rate, sound.pts = 8000, 1024 * i
-            container.mux(stream.encode(sound))
-        container.mux(stream.encode(None))
+        silence(container, stream, 5, 8000)
     with pytest.raises(InputError, match="no video stream"):
         video.read(path)
 
