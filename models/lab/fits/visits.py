@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -47,8 +47,10 @@ from ..mocap.clips import Clip, lying
 from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
 
-Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
-KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
+KINDS = ("same tripod", "set up again", "elsewhere")  # of two visits
+# Of what an error is: of a range, and of a difference, also within one visit.
+Kind = Literal["range", "same tripod", "set up again", "elsewhere", "sides", "repetitions"]
+Kinds = Mapping[str, Sequence[Stated]]  # what is stated, by kind
 _DRAWS = 2  # of cameras and detectors
 _RANGE = "range_of_motion."
 _LEAST_S, _LONGEST_S = 1.0, 10.0  # of a motion; of a longer one, its beginning
@@ -65,69 +67,53 @@ _CONFIGURATIONS = [
 ]
 
 
-@dataclass(frozen=True)
-class Visits:
-    """One figure of two visits between which nothing changed, of both sides in one, or of two repetitions in one.
-    found, errors: of both, a range's error by the parts in place; true: the true difference, of the
-    second less the first."""
-
-    kind: Kind
-    person: str
-    figure: str
-    side: str
-    found: tuple[float, float]
-    errors: tuple[float, float]
-    true: float = 0.0
-
-    def stated(self) -> Stated:
-        """The difference's error, and the 90 % bar that independent errors of both would give it."""
-        off, half = self.found[1] - self.found[0] - self.true, SD_90 * np.hypot(*self.errors)
-        return Stated(self.figure, self.person, np.array([off]), np.array([half]))
-
-
-def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visits | Stated]:
+def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[tuple[Kind, Stated]]:
     """The figures of every kind of pair of a clip, of which the first visit is the same in all; and of every run the
     pairs within it and its ranges (`_within`)."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
     world = torch.from_numpy(clip.joints[None].astype(np.float64))
     views = BEDS[configuration.bed]
     first = place(world, NumpyDraw(rng), views)
-    cameras = {
-        "same tripod": first,
-        "set up again": set_up_again(first, world, rng),
-        "elsewhere": elsewhere(first, world, rng, views),
-    }
+    cameras = (first, set_up_again(first, world, rng), elsewhere(first, world, rng, views))
     before, true = _run(clip, first, configuration, seed)
     figures = _figures(before, true, clip)
     yield from _within(before, true, clip)
-    for kind in KINDS:
-        after, true = _run(clip, cameras[kind], configuration, _AGAIN + seed)
+    for kind, camera in zip(KINDS, cameras, strict=True):
+        after, true = _run(clip, camera, configuration, _AGAIN + seed)
         yield from _within(after, true, clip)
-        for (figure, side), other in _figures(after, true, clip).items():
-            row = figures.get((figure, side))
+        for place_of, other in _figures(after, true, clip).items():
+            row = figures.get(place_of)
             if row is None or row.error is None or other.error is None:
                 continue
             if same_part(before.figures.group(*row.group), after.figures.group(*other.group)):
                 found, errors = (row.value, other.value), (row.error, other.error)
-                yield Visits(kind, clip.subject, figure, side, found, errors)
+                yield kind, difference(place_of[0], clip, found, errors)
 
 
-def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> Iterator[Visits | Stated]:
+def difference(
+    figure: str, clip: Clip, found: tuple[float, float], errors: tuple[float, float], true: float = 0.0
+) -> Stated:
+    """How wrong the second figure less the first is, where it truly is `true`, and the 90 % bar that independent errors
+    of both would give it."""
+    off, half = found[1] - found[0] - true, SD_90 * np.hypot(*errors)
+    return Stated(figure, clip.subject, np.array([off]), np.array([half]))
+
+
+def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> Iterator[tuple[Kind, Stated]]:
     """Pairs of sides and of repetitions of one run, and its ranges. truth: of figures.true_angles."""
     of = ranges(take, truth)
     groups = take.figures.group("range_of_motion")
     for name, one in of.items():
-        half = np.array([SD_90 * _range_error(name, one, clip)])
-        yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half)
-        left = f"l_{of_both(name)}"
+        both, error = of_both(name), _range_error(name, one, clip)
+        yield "range", Stated(both, clip.subject, np.array([one.found - one.true]), np.array([SD_90 * error]))
+        left = f"l_{both}"
         other = of.get(left)
         if name.startswith("r_") and other and same_part(groups.group(name), groups.group(left)):
-            errors = _range_error(name, one, clip), _range_error(left, other, clip)
-            found, off = (one.found, other.found), other.true - one.true
-            yield Visits("sides", clip.subject, f"{_RANGE}{of_both(name)}", "", found, errors, off)
+            errors, found = (error, _range_error(left, other, clip)), (one.found, other.found)
+            yield "sides", difference(_RANGE + both, clip, found, errors, other.true - one.true)
     for two in repetitions(take, truth):
-        figure, off = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
-        yield Visits("repetitions", clip.subject, figure, "", two.found, two.errors, off)
+        figure, true = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
+        yield "repetitions", difference(figure, clip, two.found, two.errors, true)
 
 
 def _run(
@@ -211,24 +197,22 @@ def clips(sets: Sequence[EvaluationSet]) -> list[Clip]:
     return found
 
 
-def collected(sets: Sequence[EvaluationSet], seeds: Sequence[int]) -> list[Visits | Stated]:
+def collected(sets: Sequence[EvaluationSet], seeds: Sequence[int]) -> Kinds:
     """The `visits` of all clips of the sets with each seed, in _CONFIGURATIONS in turn."""
     turns = [(seed + i, clip, seed) for seed in seeds for i, clip in enumerate(clips(sets))]
-    return [
-        case
-        for turn, clip, seed in each(iter(turns), "visits", len(turns))
-        for case in visits(clip, _CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed)
-    ]
+    kinds: dict[str, list[Stated]] = {}
+    for turn, clip, seed in each(iter(turns), "visits", len(turns)):
+        for kind, stated in visits(clip, _CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed):
+            kinds.setdefault(kind, []).append(stated)
+    return kinds
 
 
-def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
+def fit(kinds: Kinds) -> dict[str, object]:
     """What repeatability.json holds."""
     by_angle: dict[str, list[Stated]] = {}
-    for case in cases:
-        if isinstance(case, Stated):
-            by_angle.setdefault(case.statement, []).append(case)
+    for of_range in kinds["range"]:
+        by_angle.setdefault(of_range.statement, []).append(of_range)
     of_ranges = {angle: judge.factor(of, STRANGERS) for angle, of in sorted(by_angle.items())}
-    pairs = [with_ranges(case, of_ranges) for case in cases if isinstance(case, Visits)]
     in_place = shipped()["ranges"]
     return {
         "made_by": "python -m pcnet3d.models.lab.fits.refit",
@@ -239,30 +223,38 @@ def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
             for angle, by in of_ranges.items()
             for ends, found in [in_place.get(angle, (1.0, 0.0))]
         },
-        "factors": factors(pairs),
+        "factors": factors(with_ranges(kinds, of_ranges)),
     }
 
 
-def with_ranges(pair: Visits, of_ranges: Mapping[str, float]) -> Visits:
-    """A pair of ranges with errors that are so many times as large, by angle; others as they are."""
-    by = of_ranges.get(pair.figure.removeprefix(_RANGE), 1.0) if pair.figure.startswith(_RANGE) else 1.0
-    return replace(pair, errors=(by * pair.errors[0], by * pair.errors[1]))
+def with_ranges(kinds: Kinds, of_ranges: Mapping[str, float]) -> Kinds:
+    """Pairs of ranges with bars that are so many times as large, by angle; others as they are."""
+    return {
+        kind: [
+            replace(pair, half=of_ranges.get(pair.statement.removeprefix(_RANGE), 1.0) * pair.half)
+            if pair.statement.startswith(_RANGE)
+            else pair
+            for pair in pairs
+        ]
+        for kind, pairs in kinds.items()
+    }
 
 
-def factors(pairs: Sequence[Visits]) -> dict[Between, dict[str, float]]:
+def factors(kinds: Kinds) -> dict[Between, dict[str, float]]:
     """{Between: {figure: factor}}. A figure of few people and pairs has that of all of its kind, and none where they
     are few too."""
+    again = [pair for kind in ("same tripod", "set up again") for pair in kinds.get(kind, ())]
     return {
-        place: _factors([pair for pair in pairs if _place(pair.kind) == place]) for place in get_args(Between)
+        place: _factors(again if place == "again" else kinds.get(place, ())) for place in get_args(Between)
     }
 
 
-def _factors(pairs: Sequence[Visits]) -> dict[str, float]:
+def _factors(pairs: Sequence[Stated]) -> dict[str, float]:
     by_figure: dict[str, list[Stated]] = {}
     by_kind: dict[str, list[Stated]] = {}
     for pair in pairs:
-        by_figure.setdefault(pair.figure, []).append(pair.stated())
-        by_kind.setdefault(_kind(pair.figure), []).append(pair.stated())
+        by_figure.setdefault(pair.statement, []).append(pair)
+        by_kind.setdefault(_kind(pair.statement), []).append(pair)
     if "peak" in by_kind:  # of every angle, of which these people may have repeated none
         by_figure = {f"peak.{angle}": [] for angle in OF_BOTH} | by_figure
     found = {}
@@ -280,10 +272,6 @@ def _kind(figure: str) -> str:
 
 def _enough(pairs: Sequence[Stated]) -> bool:
     return len({pair.person for pair in pairs}) >= FEWEST_PEOPLE or len(pairs) >= FEWEST_PAIRS
-
-
-def _place(kind: Kind) -> Between:
-    return "again" if kind == "same tripod" or kind == "set up again" else kind
 
 
 def learn(output: Path) -> None:
