@@ -15,15 +15,14 @@ from typer import Argument, Option
 
 from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.core.rotations import rotate, transpose
-from ...pipeline.files.atomic import write_json, write_text
+from ...pipeline.files.atomic import write_json
 from ...pipeline.running.recipe import load_toml
-from ..common.metrics import plain
 from ..rectifier.geometric import Geometric
 from . import training
 from .common.config import checked
+from .evaluation.evaluate import publish
 from .evaluation.people import OfTake
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
-from .evaluation.tables import written
 from .mocap.clips import Clip
 from .mocap.convert import read_folder, write_mocap
 from .mocap.mmfi import PROTOCOLS
@@ -32,9 +31,8 @@ if TYPE_CHECKING:
     from .training.rectifier import PCNet
 
 _CHUNK = 1024
-_VALIDATED = (
-    10  # every so many people of those to train on choose the best weights; the toolbox has no such part
-)
+# Every so many people of those to train on choose the best weights; the toolbox has no such part.
+_VALIDATED = 10
 
 _ABOUT = (
     "Protocols of the data set's toolbox, the paper's views. Rotation in degrees, MPJPE and PA-MPJPE in mm of the "
@@ -87,10 +85,7 @@ def mmfi(
         }
     run = runs["S2"]
     said = {"targets": run.targets, "steps": run.schedule.steps, "batch": run.batch}
-    text = written({**said, "rows": rows}, "MM-Fi", _ABOUT)
-    write_json(output / "mmfi.json", plain({"rows": rows}))
-    write_text(output / "mmfi.md", text)
-    print(text)
+    publish(output / "mmfi", "MM-Fi", _ABOUT, {**said, "rows": rows})
 
 
 def split_of(clips: Sequence[Clip], name: str) -> dict[str, Any]:

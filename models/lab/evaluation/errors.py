@@ -35,7 +35,7 @@ from .testbed import VIEWS
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
-_ROWS = "errors.json"
+_JOINTS = ("joints in depth", "joints across")
 # In which angles' errors are fitted.
 FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "typical, image")
 
@@ -107,7 +107,7 @@ def tables(
             results["postures"][angle] = {name: asdict(inside) for name, inside in by_posture(takes)}
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
-        write_text(output / _ROWS, as_json(rows))
+        write_text(output / "errors.json", as_json(rows))
         if fit:
             own = {name: of for name, of in cases.items() if name in FITTED}
             noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=method)
@@ -183,7 +183,7 @@ def refitted(cases: Cases, noise: JointNoise) -> JointNoise:
         more=more,
         postures=postures,
         rates={name: rates[of_both(name)] for name in ANGLES},
-        turn=_turn([*_pooled(cases, "joints in depth"), *_pooled(cases, "joints across")], noise.turn),
+        turn=_turn([take for statement in _JOINTS for take in _pooled(cases, statement)], noise.turn),
     )
 
 
@@ -260,21 +260,18 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
     were fitted to all the others."""
     out: dict[str, dict[str, float]] = {}
     for statement in dict.fromkeys(chain.from_iterable(cases.values())):
-        by_group = {name: [thinned(take) for take in of.get(statement, ())] for name, of in cases.items()}
-        by_group = {name: takes for name, takes in by_group.items() if takes}
-        if len({take.person for takes in by_group.values() for take in takes}) < 2:  # nobody to fit them to
-            continue
-        squares: Squares
+        by_group = {name: [*map(thinned, of[statement])] for name, of in cases.items() if statement in of}
+        takes = [*chain.from_iterable(by_group.values())]
+        squares: Squares | None = None
         if statement in OF_BOTH:
-            squares = _of_angle([*chain.from_iterable(by_group.values())], statement)[1]
+            squares = _of_angle(takes, statement)[1]
         elif statement.removeprefix("rate of ") in OF_BOTH:
             squares = _of_rate
-        elif statement in ("joints in depth", "joints across"):
+        elif statement in _JOINTS:
             squares = _of_turn
-        else:
-            continue
-        found = held_out(by_group, squares)
-        out[statement] = {name: round(judge.inside(takes).inside, 3) for name, takes in found.items()}
+        if squares is not None and len({take.person for take in takes}) > 1:  # else nobody to fit them to
+            found = held_out(by_group, squares)
+            out[statement] = {name: round(judge.inside(of).inside, 3) for name, of in found.items()}
     return out
 
 

@@ -113,7 +113,7 @@ def inside(takes: Sequence[Stated]) -> Inside:
     if not shares:
         return Inside(0, 0, float("nan"), float("nan"), float("nan"))
     of_people = np.concatenate(list(shares.values()))
-    low, high = interval(of_people)
+    low, high = interval(of_people, np.ones(len(of_people)))
     return Inside(sum(len(take.error) for take in takes), len(shares), float(of_people.mean()), low, high)
 
 

@@ -49,23 +49,12 @@ def mean(values: np.ndarray) -> float:
     return float(values.mean()) if len(values) else float("nan")
 
 
-def means(rows: Sequence[np.ndarray]) -> np.ndarray:
-    """(F,) the mean of every column of rows (F,)."""
-    return np.array([mean(column) for column in np.stack(rows).T])
-
-
 def by_person(takes: Iterable[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """{person: (F,)} the mean over each person's takes, given as (person, (F,))."""
     of: dict[str, list[np.ndarray]] = {}
     for person, values in takes:
         of.setdefault(person, []).append(values)
-    return {person: means(rows) for person, rows in of.items()}
-
-
-def interval(values: np.ndarray) -> tuple[float, float]:
-    """The 5th and 95th percentile of the mean of people's values (N,) drawn N at a time with replacement (bootstrap);
-    NaN of fewer than two."""
-    return _drawn(values, np.ones(len(values)))
+    return {person: np.array([mean(column) for column in np.stack(rows).T]) for person, rows in of.items()}
 
 
 def pooled(values: np.ndarray, people: Sequence[str] | np.ndarray) -> dict[str, Any]:
@@ -73,14 +62,15 @@ def pooled(values: np.ndarray, people: Sequence[str] | np.ndarray) -> dict[str, 
     values, where it lies in 90 % of draws of as many people, each with all their values, and that in words."""
     known = np.isfinite(values)
     _, of = np.unique(np.asarray(people)[known], return_inverse=True)
-    low, high = _drawn(np.bincount(of, weights=values[known]), np.bincount(of).astype(float))
+    low, high = interval(np.bincount(of, weights=values[known]), np.bincount(of).astype(float))
     between = f"{low:.1f} to {high:.1f}" if np.isfinite(low) else "one person"
     said = f"{mean(values):.1f} ({between})" if known.any() else ""
     return {"mean": mean(values), "low": low, "high": high, "said": said}
 
 
-def _drawn(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
-    """The 5th and 95th percentile of the mean over people with these sums and counts (N,) of values."""
+def interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
+    """The 5th and 95th percentile of the mean over people with these sums and counts (N,) of values, drawn N at a time
+    with replacement (bootstrap); NaN of fewer than two."""
     if len(sums) < 2:
         return float("nan"), float("nan")
     drawn = np.random.default_rng(_SEED).integers(len(sums), size=(_DRAWS, len(sums)))
