@@ -262,6 +262,8 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
     for statement in dict.fromkeys(chain.from_iterable(cases.values())):
         by_group = {name: [*map(thinned, of[statement])] for name, of in cases.items() if statement in of}
         takes = [*chain.from_iterable(by_group.values())]
+        if len({take.person for take in takes}) < 2:  # nobody to fit them to
+            continue
         squares: Squares | None = None
         if statement in OF_BOTH:
             squares = _of_angle(takes, statement)[1]
@@ -269,7 +271,7 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
             squares = _of_rate
         elif statement in _JOINTS:
             squares = _of_turn
-        if squares is not None and len({take.person for take in takes}) > 1:  # else nobody to fit them to
+        if squares is not None:
             found = held_out(by_group, squares)
             out[statement] = {name: round(judge.inside(of).inside, 3) for name, of in found.items()}
     return out

@@ -55,7 +55,7 @@ def test_no_take_is_lifted_by_who_saw_its_subject(subjects, trained_on, fine, mo
 
 def test_a_laid_body_lies_and_moves_as_before():
     upright = clip()
-    for seed in range(5):
+    for seed in range(3):
         laid = lay_down(upright, np.random.default_rng(seed))
         apart = [
             np.linalg.norm(np.diff(one.joints[:, [0, 5, 9]], axis=1), axis=-1) for one in (upright, laid)
@@ -63,7 +63,7 @@ def test_a_laid_body_lies_and_moves_as_before():
         np.testing.assert_allclose(*apart, atol=1e-5)
         assert (np.abs(trunk_lean_deg(laid.joints) - 90) < 40).all()
         assert abs(np.quantile(laid.joints[..., 2], 0.05)) < 1e-5
-    np.testing.assert_array_equal(laid.joints, lay_down(upright, np.random.default_rng(4)).joints)
+    np.testing.assert_array_equal(laid.joints, lay_down(upright, np.random.default_rng(2)).joints)
 
 
 def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """Refitting in steps: each has its own file, rests on those before, and is not taken twice."""
 
-import json
 import shutil
 from functools import partial
 from inspect import signature
@@ -12,40 +11,30 @@ from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation.runs import Question
 from pcnet3d.models.lab.fits import refit as module
 from pcnet3d.models.lab.fits.refit import Step, refit, steps
-from pcnet3d.pipeline.core.errors import InputError
-
-
-def copies(source: Path, name: str, place: Path | None = None) -> Step:
-    return Step(name, partial(shutil.copyfile, source), place)
+from refusals import refused
 
 
 def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_ones_put_in_their_place(
     tmp_path,
 ):
-    shipped, missing = tmp_path / "shipped.json", tmp_path / "missing.json"
-    (source := tmp_path / "source.json").write_text("1")
-    order = [
-        copies(source, "one.json", shipped),
-        copies(shipped, "sub/two.json"),
-        copies(missing, "three.json"),
-    ]
+    def copies(source: Path, name: str, place: Path | None = None) -> Step:
+        return Step(name, partial(shutil.copyfile, source), place)
+
+    shipped, missing, source = (tmp_path / f"{name}.json" for name in ("shipped", "missing", "source"))
+    source.write_text("1")
+    out = tmp_path / "out"
+    order = [copies(source, "1.json", shipped), copies(shipped, "sub/2.json"), copies(missing, "3.json")]
     with pytest.raises(FileNotFoundError):
-        refit(tmp_path / "out", order)
-    assert shipped.read_text() == (tmp_path / "out" / "sub" / "two.json").read_text() == "1"
+        refit(out, order)
+    assert shipped.read_text() == (out / "sub" / "2.json").read_text() == "1"
     source.write_text("2")
     missing.write_text("3")
-    refit(tmp_path / "out", order)
-    assert (tmp_path / "out" / "one.json").read_text() == "1"  # not taken again
-    assert (tmp_path / "out" / "three.json").read_text() == "3"
-
-
-def test_a_folder_of_other_networks_is_refused(tmp_path):
-    refit(tmp_path, [])
-    assert set(json.loads((tmp_path / "networks.json").read_text())) == {"lifter", "rectifier"}
-    (tmp_path / "networks.json").write_text('{"lifter": "another"}')
-    with pytest.raises(InputError, match="other networks") as refusal:
-        refit(tmp_path, [])
-    assert refusal.value.code == "files-apart"
+    refit(out, order)
+    assert (out / "1.json").read_text() == "1"  # not taken again
+    assert (out / "3.json").read_text() == "3"
+    (out / "networks.json").write_text('{"lifter": "another"}')
+    with refused("files-apart"):
+        refit(out, [])
 
 
 def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
