@@ -26,7 +26,6 @@ from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from . import judge
-from .figures import figures
 from .judge import Squares, Stated, fitted, held_out, thinned
 from .real_data import BALANCING
 from .runs import Configuration, Question, finished
@@ -125,7 +124,7 @@ def collected(question: Question, configurations: Mapping[str, Configuration]) -
     for name, configuration in configurations.items():
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            for stated in chain(statements(take), figures(take)):
+            for stated in statements(take):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases

@@ -18,7 +18,7 @@ from ..common.metrics import scaled
 from .people import mean
 from .real_data import BALANCING, STANDING
 from .runs import Finished, Question, finished
-from .statements import statements
+from .statements import of_frames
 
 _TAKES = {"balancing": BALANCING, "standing": STANDING}
 _IMAGE = {"skeletons alone": False, "with its image": True}
@@ -49,7 +49,7 @@ def tables(question: Question) -> dict[str, Any]:
 def row(one: Finished) -> dict[str, Any]:
     """One camera's figures, NaN without an answer."""
     take, truth = one.take, one.truth
-    off = {stated.statement: stated.error for stated in statements(one)}
+    off = {stated.statement: stated.error for stated in of_frames(one)}
     figures: dict[str, Any] = {"levelled": 0.0, "up_deg": np.nan, "stated_deg": np.nan}
     if take is not None:
         rectified = take.need("rectified")

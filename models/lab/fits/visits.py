@@ -3,11 +3,11 @@
 A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
 and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
 each run ranges of motion, right less left and one repetition less another are held against the truth
-(evaluation/figures.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of, their
-parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added as
-independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py). How
-heavy the tails of differences are (`freedom`) stays as it is in place. One draw of cameras and detectors tells little
-of so few people: there are several.
+(evaluation/statements.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of,
+their parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added
+as independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py).
+How heavy the tails of differences are (`freedom`) stays as it is in place. One draw of cameras and detectors tells
+little of so few people: there are several.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ from ...angle_error.repeatability import (
     shipped,
 )
 from ..evaluation import judge
-from ..evaluation.figures import Ranged, ranges, repetitions, true_angles
 from ..evaluation.judge import STRANGERS, Stated
 from ..evaluation.runs import EVALUATION_SETS, Configuration, EvaluationSet, given, recipe_of
+from ..evaluation.statements import Ranged, ranges, repetitions, true_angles
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import Clip, lying
 from ..synthetic.cameras import Cameras, ViewRange, place
@@ -100,7 +100,7 @@ def difference(
 
 
 def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> Iterator[tuple[Kind, Stated]]:
-    """Pairs of sides and of repetitions of one run, and its ranges. truth: of figures.true_angles."""
+    """Pairs of sides and of repetitions of one run, and its ranges. truth: of statements.true_angles."""
     of = ranges(take, truth)
     groups = take.figures.group("range_of_motion")
     for name, one in of.items():
@@ -132,7 +132,7 @@ def _range_error(name: str, of: Ranged, clip: Clip) -> float:
 
 
 def _figures(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> dict[tuple[str, str], Measure]:
-    """Those that two visits are compared by, by figure and side. truth: of figures.true_angles."""
+    """Those that two visits are compared by, by figure and side. truth: of statements.true_angles."""
     gait, of = take.figures.group("walking").text("gait"), ranges(take, truth)
     found = {}
     for row in take.figures:

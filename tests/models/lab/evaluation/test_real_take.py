@@ -8,7 +8,6 @@ import pytest
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
 from pcnet3d.models.lab.evaluation import real_data, runs
-from pcnet3d.models.lab.evaluation.figures import figures
 from pcnet3d.models.lab.evaluation.real_data import LIMBS, found_keypoints, read_cameras
 from pcnet3d.models.lab.evaluation.real_take import row, tables
 from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
@@ -54,7 +53,7 @@ def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds
     )
     assert np.isnan(one.truth.truth[:, H36M17.index("head")]).all()
     assert np.median(np.linalg.norm(one.take.poses.root - one.truth.joints_camera[:, 0], axis=1)) < 1.0
-    stated = {stated.statement for stated in (*statements(one), *figures(one)) if len(stated.error)}
+    stated = {stated.statement for stated in statements(one) if len(stated.error)}
     assert {"up", "knee_flexion", "pelvis along the ray, m", "pelvis from frame to frame, m"} <= stated
     assert "joints" not in stated  # of which nobody knows all
 

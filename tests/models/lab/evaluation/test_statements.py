@@ -7,27 +7,32 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.virtual import walked
+from golden.walks import GEOMETRIC, measured
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.posture import POSTURES
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation import runs as sets
-from pcnet3d.models.lab.evaluation.figures import figures
 from pcnet3d.models.lab.evaluation.judge import Stated
-from pcnet3d.models.lab.evaluation.runs import Configuration, finished
+from pcnet3d.models.lab.evaluation.runs import Configuration, Finished, finished
 from pcnet3d.models.lab.evaluation.statements import (
     angles,
     joints,
     motions,
+    of_figures,
     paths,
     place,
     rotation,
+    same_rows,
     statements,
     up,
 )
+from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import Clip
+from pcnet3d.pipeline import CAMERA
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.measures import SD_90
+from pcnet3d.pipeline.core.measures import SD_90, Measure, Measures, Moments, nested
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
@@ -148,7 +153,7 @@ def test_nothing_but_joints_and_place_is_judged_of_a_take_that_is_not_levelled_a
     stated = with_covariance(exact.take, exact.truth, 0.0, covariance)
     refused = replace(stated.need("rectified"), level_ok=False, level_reason="lying")
     unlevelled = replace(exact, take=stated.with_(rectified=refused))
-    found = [one.statement for one in (*statements(unlevelled), *figures(unlevelled))]
+    found = [one.statement for one in statements(unlevelled)]
     assert found[:3] == ["joints", "joints in depth", "joints across"]
     assert all(name.startswith(("pelvis", "body's size")) for name in found[3:])
     assert list(statements(replace(exact, take=None))) == []
@@ -229,3 +234,52 @@ def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before
     with refused(code):
         report.tables(sets.Question(), output=tmp_path / "out", **asked)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture(scope="module")
+def walked_by():
+    """The walker as captured, walked_by."""
+    seen = see(walked("w", seconds=8, turn_deg=0), 0)
+    poses = seen.keypoints.with_(
+        joints=seen.truth, frame=CAMERA, confidence=None, made_by=MadeBy("measured", "motion capture")
+    )
+    return Finished(measured(poses, GEOMETRIC), seen, "here")
+
+
+def test_the_walkers_figures_are_inside_their_errors(walked_by):
+    found = {stated.statement: stated for stated in of_figures(walked_by)}
+    assert {"stance, %", "double support, %", "cadence, steps/min"} <= set(found)
+    assert not {"step length, m", "walking speed, m/s"} & set(found)  # of captured poses these have no errors
+    for stated in found.values():
+        assert stated.person == "w"
+        assert np.abs(stated.error) < stated.half
+
+
+def test_nothing_is_judged_where_no_walk_was_found(walked_by):
+    assert nested(walked_by.take.measures)["walking"]["steps"] >= 3
+    assert (
+        list(of_figures(Finished(walked_by.take.with_(measures=Measures()), walked_by.truth, "here"))) == []
+    )
+    assert list(of_figures(Finished(None, walked_by.truth, "here", "refused"))) == []
+
+
+def repeated(*peaks, error=2.0, **means):
+    """Rows of a movement whose repetitions reach their peak at (seconds, degrees)."""
+    rows = [Measure("peak", height, error, number=i) for i, (_, height) in enumerate(peaks)]
+    times = {"start": -0.5, "stop": 0.5}
+    rows += [Moments(name, tuple(at + off for at, _ in peaks)) for name, off in times.items()]
+    return Measures((*rows, *(Measure(name, value, error) for name, value in means.items())))
+
+
+def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_many():
+    true = repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=90.0)
+
+    def off(*peaks, **means):
+        pairs = list(same_rows(repeated(*peaks, **means), true))
+        return [(figure, row.value - of.value) for figure, row, of in pairs]
+
+    others = off((2.1, 85.0), (3.0, 97.0), (9.0, 50.0), mean_rise=80.0)
+    assert others == [("peak, deg", 5.0), ("peak, deg", -3.0)]
+    assert ("mean rise, deg", -10.0) in off((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=80.0)
+    assert off((2.1, 85.0), mean_rise=80.0) == [("peak, deg", 5.0)]
+    assert off() == []
