@@ -1,6 +1,6 @@
-"""What a finished take states, each with its error against the truth: of every frame up, BODY's rotation, joints, angles
-and their rates, where the person is, how wrists and ankles move, how large the body is, and how long the lens; and each
-figure of its measures.
+"""What a finished take states, each with its error against the truth: of every frame up, BODY's rotation, joints,
+angles and their rates, where the person is, how wrists and ankles move, how large the body is, and how long the lens;
+and each figure of its measures.
 
 The run's rows name a figure and its error. What is true comes from the bed: the captured feet for walks (gait.py),
 captured flights for jumps (jumps.py), the same rows of a run on the captured joints for repeated movements, and the
