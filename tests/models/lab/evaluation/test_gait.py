@@ -4,38 +4,20 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from golden.virtual import walked
-from golden.walks import GEOMETRIC, measured
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.lab.evaluation.gait import PATHS, SIDES_APART, judge, matched, one_kind, true_walks
 from pcnet3d.models.lab.evaluation.judge import STRANGERS, Stated
-from pcnet3d.models.lab.evaluation.runs import Finished
-from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.fits.gait_errors import Walk, widened
-from pcnet3d.pipeline import CAMERA
-from pcnet3d.pipeline.core.pose import MadeBy
 
 
-@pytest.fixture(scope="module")
-def judged():
-    """The walker as captured, after a run."""
-    seen = see(walked("walker", seconds=8, turn_deg=0), 0)
-    poses = seen.keypoints.with_(
-        joints=seen.truth, frame=CAMERA, confidence=None, made_by=MadeBy("measured", "motion capture")
-    )
-    return judge(Finished(measured(poses, GEOMETRIC), seen, "here"))
-
-
-def test_captured_joints_have_the_true_steps_inside_their_errors(judged):
+def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk):
+    judged = judge(captured_walk)
     assert judged.kind == "walking"
     assert judged.steps[0] == judged.steps[1] >= 3
     for name in ("step_time_s", "stance_percent", "cadence", "step_time_s" + SIDES_APART):
         case = judged.figures[name]
         assert abs(case.found - case.true) <= case.half, name
     assert judged.figures["step_time_s"].found == pytest.approx(judged.figures["step_time_s"].true, abs=0.02)
-
-
-def test_the_report_has_every_row(judged):
     row = one_kind({path: [judged] for path in PATHS})
     assert {"stance_percent", "stance_percent" + SIDES_APART, "cadence"} <= set(row["figures"])
     assert row["figures"]["step_time_s"]["inside"] == 1

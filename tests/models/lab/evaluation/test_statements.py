@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.virtual import walked
-from golden.walks import GEOMETRIC, measured
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.posture import POSTURES
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation import runs as sets
 from pcnet3d.models.lab.evaluation.judge import Stated
-from pcnet3d.models.lab.evaluation.runs import Configuration, Finished, finished
+from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.evaluation.statements import (
     angles,
     joints,
@@ -28,11 +26,9 @@ from pcnet3d.models.lab.evaluation.statements import (
     statements,
     up,
 )
-from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import Clip
-from pcnet3d.pipeline import CAMERA
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.measures import SD_90, Measure, Measures, Moments, nested
+from pcnet3d.pipeline.core.measures import SD_90, Measure, Measures, Moments
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
@@ -236,31 +232,15 @@ def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before
     assert not (tmp_path / "out").exists()
 
 
-@pytest.fixture(scope="module")
-def walked_by():
-    """The walker as captured, walked_by."""
-    seen = see(walked("w", seconds=8, turn_deg=0), 0)
-    poses = seen.keypoints.with_(
-        joints=seen.truth, frame=CAMERA, confidence=None, made_by=MadeBy("measured", "motion capture")
-    )
-    return Finished(measured(poses, GEOMETRIC), seen, "here")
-
-
-def test_the_walkers_figures_are_inside_their_errors(walked_by):
-    found = {stated.statement: stated for stated in of_figures(walked_by)}
+def test_the_walkers_figures_are_inside_their_errors_and_nothing_is_judged_without_a_walk(captured_walk):
+    found = {stated.statement: stated for stated in of_figures(captured_walk)}
     assert {"stance, %", "double support, %", "cadence, steps/min"} <= set(found)
     assert not {"step length, m", "walking speed, m/s"} & set(found)  # of captured poses these have no errors
     for stated in found.values():
-        assert stated.person == "w"
+        assert stated.person == "walker"
         assert np.abs(stated.error) < stated.half
-
-
-def test_nothing_is_judged_where_no_walk_was_found(walked_by):
-    assert nested(walked_by.take.measures)["walking"]["steps"] >= 3
-    assert (
-        list(of_figures(Finished(walked_by.take.with_(measures=Measures()), walked_by.truth, "here"))) == []
-    )
-    assert list(of_figures(Finished(None, walked_by.truth, "here", "refused"))) == []
+    still = replace(captured_walk, take=captured_walk.take.with_(measures=Measures()))
+    assert list(of_figures(still)) == []
 
 
 def repeated(*peaks, error=2.0, **means):

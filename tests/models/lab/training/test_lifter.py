@@ -143,29 +143,6 @@ def test_joints_that_were_seen_lie_on_their_rays_but_for_what_is_learned(clips):
     assert 0 < deep[2] < 0.05  # longer in the image than it is
 
 
-def test_the_deviation_that_costs_least_is_the_true_one():
-    """Its weight teaches the deviations, and pulls at nothing else."""
-    torch.manual_seed(0)
-    joints = torch.zeros(50, 40, 17, 3)
-    error = torch.randn(joints.shape) * torch.tensor([0.02, 0.02, 0.05])
-    error[:, :, 0] = 0
-    truth = Batch(joints, joints, joints)
-    weights = module.Weights(motion=0.0, velocity=0.0, deviation=1.0)
-
-    def cost(across, along):
-        sd = torch.tensor([across, along]).expand(50, 40, 17, 2)
-        return float(module.loss((joints + error, sd, joints), truth, weights))
-
-    least = cost(0.02, 0.05)
-    assert all(least < cost(*other) for other in ((0.018, 0.05), (0.022, 0.05), (0.02, 0.045), (0.02, 0.055)))
-    answer, sd = (joints + error).requires_grad_(), torch.full((50, 40, 17, 2), 0.03)
-    losses = (
-        module.loss((answer, sd, joints), truth, weights.model_copy(update={"deviation": d}))
-        for d in (0.0, 1.0)
-    )
-    assert torch.equal(*(torch.autograd.grad(loss, answer)[0] for loss in losses))
-
-
 @pytest.fixture
 def run(tmp_path, clips, monkeypatch):
     """Trains into a folder with the tiny config changed; everybody is the same three people."""

@@ -21,7 +21,6 @@ from pcnet3d.models.lab.train import train
 from pcnet3d.models.rectifier.onnx import PCNetRectifier
 from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.anthropometry import SEGMENTS
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from pcnet3d.pipeline.running.recipe import load_toml
 
@@ -78,25 +77,6 @@ def test_the_answer_is_a_rotation_whatever_the_unit_and_a_missing_joint_holds(co
     assert not torch.allclose(without, result.R, atol=1e-5)
 
 
-def test_an_aligned_torso_turns_with_the_body(poses):
-    """Also where hips or shoulders are missing."""
-    Q = torch.tensor(Rotation.random(20, rng=np.random.default_rng(0)).as_matrix(), dtype=torch.float32)
-    for missing in ((), ("l_hip",), ("r_shoulder",), ("thorax",)):
-        valid = torch.ones(20, 17)
-        valid[:, H36M17.indices(missing)] = 0
-        turned = module.torso_axes(module.rotate(Q, poses), valid)
-        np.testing.assert_allclose(turned, module.multiply(Q, module.torso_axes(poses, valid)), atol=1e-4)
-
-
-def test_body_size_is_the_stature_that_bones_speak_of():
-    (thigh,) = {v for k, v in SEGMENTS.items() if k == ("l_hip", "l_knee")}
-    joints, valid = torch.zeros(1, 17, 3), torch.zeros(1, 17)
-    joints[0, H36M17.index("l_knee"), 1] = 0.5
-    valid[0, H36M17.indices(("l_hip", "l_knee"))] = 1
-    assert module.body_size(joints, valid).item() == pytest.approx(0.5 / thigh)
-    assert module.body_size(torch.zeros(1, 17, 3), torch.zeros(1, 17)).item() == 1  # nothing to divide by
-
-
 def test_the_papers_network_weights_and_recipe():
     paper = NetConfig()
     assert (paper.width, paper.output, paper.residual) == (256, 384, "free")
@@ -110,18 +90,6 @@ def test_the_papers_network_weights_and_recipe():
 def shipped(name):
     path = files("pcnet3d.models.lab.training").joinpath(f"{name}.toml")
     return module.TrainConfig.model_validate(load_toml(path, "a training config"))
-
-
-def test_the_expected_error_does_not_bend_the_rotation_and_is_pulled_to_the_mean(poses):
-    net = build(EVERY[0])
-    net(poses, torch.ones(20, 17)).error_deg.sum().backward()
-    assert net.rotation.weight.grad is None
-    assert all(p.grad is None for p in net.encoder.parameters())
-    assert net.error[0].weight.grad.abs().sum() > 0
-    angles = torch.tensor([2.0, 4.0, 12.0]).deg2rad()
-    tries = torch.linspace(1, 20, 400)
-    values = [module.error_likelihood(e.expand(3), angles).item() for e in tries]
-    assert tries[int(np.argmin(values))].item() == pytest.approx(6, abs=0.1)
 
 
 def turned(R, degrees):
@@ -312,16 +280,6 @@ def test_without_onnx_the_trained_network_waits_for_it(run, tmp_path, monkeypatc
     monkeypatch.setattr(module, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
     assert (run() / "pcnet.onnx").exists()
     assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more
-
-
-def test_bf16_is_for_training_and_not_for_judging(monkeypatch):
-    used, autocast = [], torch.autocast
-    monkeypatch.setattr(torch, "autocast", lambda *of: (used.append(of), autocast(*of))[1])
-    net = PCNet(EVERY[0], bf16=True)
-    net.eval()(torch.randn(4, 17, 3), torch.ones(4, 17))
-    assert not used
-    net.train()(torch.randn(4, 17, 3), torch.ones(4, 17))
-    assert len(used) == 1
 
 
 def test_the_score_is_of_lifted_frames_a_tenth_of_people_who_lie_and_the_error_calibrated(
