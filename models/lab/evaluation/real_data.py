@@ -55,22 +55,20 @@ def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
             R_camera_from_world = said["R_camera_from_world"]
             joints = rotate(R_camera_from_world, whole_body(limbs)) + said["t_m"]
         world = rotate(R_camera_from_world.T, joints)
-        yield (
-            video,
-            SeenTake(
-                keypoints=keypoints,
-                image_size=shown_size(video),
-                focal_px=float(said["focal_px"].mean()),
-                joints_camera=joints,
-                R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
-                R_camera_from_world=R_camera_from_world,
-                R_camera_from_ray=body_rays(joints),
-                lying=lying(world),
-                clip=camera,
-                subject="real take",
-                source=name,
-            ),
+        truth = SeenTake(
+            keypoints=keypoints,
+            image_size=shown_size(video),
+            focal_px=float(said["focal_px"].mean()),
+            joints_camera=joints,
+            R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
+            R_camera_from_world=R_camera_from_world,
+            R_camera_from_ray=body_rays(joints),
+            lying=lying(world),
+            clip=camera,
+            subject="real take",
+            source=name,
         )
+        yield video, truth
 
 
 def read_cameras(folder: Path) -> dict[str, dict[str, np.ndarray]]:
