@@ -61,8 +61,8 @@ def read(path: Path) -> tuple[Video]:
     """The file's first moving image. time_s comes from the container, sorted into display order.
 
     Frames that an edit list cuts away are left out, as decoders do. rotation_deg is the clockwise turn that
-    the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it. doubts tells
-    images that end well before the file says, where no index lists them, and interlaced ones.
+    the display matrix asks for (0, 90, 180 or 270). Only the first frame is decoded, to learn it. doubts: notices of
+    images that end well before the file's stated end, if no index lists them, and of interlaced ones.
     Raises InputError when there is no readable video, when the file is cut off, and when frames have no time stamps of
     their own.
     """
@@ -90,7 +90,7 @@ def _described(container: InputContainer, path: Path) -> Video:
     if not container.streams.video:
         raise InputError("format-unknown", f"Expected a video in {path}, but it has no video stream.")
     stream = container.streams.video[0]
-    if stream.codec_context is None:  # as of a file that names a codec that there is not
+    if stream.codec_context is None:  # as of a file that names a codec that does not exist
         raise InputError("file-damaged", f"Expected a video in {path}, but its images are of no known kind.")
     stream.codec_context.thread_count = cores()
     # Counted before packets are read, which lengthens the index of some containers.
@@ -139,9 +139,9 @@ def _described(container: InputContainer, path: Path) -> Video:
 
 
 def _stated_s(container: InputContainer, stream: VideoStream) -> float:
-    """The second at which the images end, as the file says, or all of it where that is all it says and there is nothing
-    else in it, such as sound that goes on; 0 where it does not. It is written once a recording is complete, so that
-    what is cut off later still has it."""
+    """The second at which the images end, as the file states; or its whole duration if it states no other and holds
+    nothing but images (sound may go on longer); 0 if it states neither. It is written when a video is complete, so a
+    video that is cut off later still has it."""
     if stream.duration is not None:
         return stream.duration * float(stream.time_base or 0)
     if duration := _DURATION.match(stream.metadata.get("DURATION", "")):

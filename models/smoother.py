@@ -1,15 +1,15 @@
 """Position, velocity and acceleration of paths whose error is known, each with its own error.
 
-A path is a cubic spline; its motion and its error are Gaussian processes, and what is returned is the mean of the path
-given what was seen, with its covariance. So a joint is smoothed by as much as its error asks for: more in depth than
+A path is a cubic spline; its motion and its error are Gaussian processes, and the result is the mean of the path given
+the measured points, with its covariance. So a joint is smoothed by as much as its error requires: more in depth than
 across it, more in a doubtful frame, less while it moves fast, and not at all without an error.
 
-- Motion: its jerk is white noise, as in a smoothing spline, so that nothing slow is taken for an error. How large the
-  jerk is, is found from the spectrum of every two seconds, so that the peaks of fast motion survive.
-- Error: what a lifter errs by changes slowly, as it sees much the same in neighbouring frames; a process of
-  Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
-  itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
-  Of lifts that is the smaller part, and is taken times a factor that was fitted where the truth is known.
+- Motion: its jerk is white noise, as in a smoothing spline, so that nothing slow is taken for an error. The size of the
+  jerk comes from the spectrum of every two seconds, so that the peaks of fast motion survive.
+- Error: a lifter's error changes slowly, since its input is much the same in neighbouring frames; it is an
+  Ornstein-Uhlenbeck process of the stated size. If none is stated, size and correlation time are the most likely ones
+  given the path: motion has hardly any power at high frequencies, so power there is error. In lifted poses that is the
+  smaller part of the error, and is multiplied by a factor that was fitted where the truth is known.
 
 Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of
 multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum). common/splines.py solves for the
@@ -34,8 +34,8 @@ ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
 LIFTED = (1.6, 1.95, 1.45)
-# Times the variance that a lifted path tells of its error, most of which changes as slowly as people move: where nobody
-# states the error, and as the least where the lifter does, for it may be surer of itself than its path is smooth.
+# Times the variance of the error that a lifted path shows, most of which changes as slowly as people move: if no error
+# is stated, and as the least if the lifter states one, for it may be surer of itself than its path is smooth.
 _SLOW_ERROR, _LEAST_ERROR = 10.0, 4.0
 
 _FEWEST = 3  # rows that a path needs
@@ -46,11 +46,12 @@ _ROWS = 8192  # that are solved at a time
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
-# The same of one that is forgotten from row to row, as no motion is: of who stands still it may be all that there is.
+# The same of an error that is forgotten from row to row, as no motion is: of a person who stands still it may be all
+# the variance.
 _WHITE_ERRORS = np.geomspace(1e-7, 1.0, 29)
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _QUICK_HZ = 14.0  # rows a second, of fewer of which a runner's limbs look as if they were such an error
-_MOST_WINDOWS = 20  # to tell the error from
+_MOST_WINDOWS = 20  # from which the error is estimated
 _SHOWN = 0.7  # of a window's rows, or the line across its gaps would be taken for an error
 
 
@@ -130,9 +131,8 @@ def known_noise(
         noise = np.where(stated[..., None], noise, np.array(usual))
         if lifted:
             least = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
-            too_quick = (
-                least.max() > 0.99 * size * _ERRORS[-1]
-            )  # the most that one forgotten so slowly may be
+            # The most that an error may be which is forgotten so slowly.
+            too_quick = least.max() > 0.99 * size * _ERRORS[-1]
             least = _LEAST_ERROR * least
             if quick and too_quick:
                 quick_noise, quick_s = _unstated(y, time_s, size, breaks)

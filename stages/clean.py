@@ -20,8 +20,8 @@ from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
 from ..pipeline.signals.splines import monotone_slopes, on_spline
 from ..pipeline.signals.visibility import check_size, unseen
 
-_SHORTEST_S = 0.3  # of a time that is worth a sentence
-# Both, one, and the joint by which it is told.
+_SHORTEST_S = 0.3  # of a span that a notice names
+# Name of both, of one, and the joint that stands for it.
 _PARTS = (
     ("feet", "foot", "ankle"),
     ("knees", "knee", "knee"),
@@ -64,9 +64,8 @@ class Clean:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
         if take.keypoints is not None and poses.layout.is_body:
             size = image_size(take)
-            keypoints_of_file = any(
-                each["role"] == "keypoints" for each in take.inputs
-            )  # those of this video have its size
+            # Those that were detected in this video have its size.
+            keypoints_of_file = any(each["role"] == "keypoints" for each in take.inputs)
             if keypoints_of_file and (doubt := check_size(take.keypoints, size)):
                 notices.append(doubt)
             if poses.made_by.kind != "measured":
@@ -84,7 +83,7 @@ def _absent(poses: PoseSequence) -> list[str]:
 
 
 def _lacking(time_s: np.ndarray) -> list[Notice]:
-    """What is said of images that the recording itself lacks, so that no frame number tells of them. time_s: (T,)."""
+    """Notices of images that the video itself lacks, so that no frame number is missing. time_s: (T,)."""
     long = holes(time_s, BRIDGED_S)
     short = np.setdiff1d(holes(time_s), long)
     notices = []
@@ -104,7 +103,7 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
     for part, single, joint in _PARTS:
         joints = H36M17.indices((f"r_{joint}", f"l_{joint}"))
         right, left = (_long(mask, times) for mask in hidden[:, joints].T)
-        both = _long(right & left, times)  # briefly both is told of each
+        both = _long(right & left, times)  # a short time of both is named for each side
         who = {part: both, f"right {single}": right & ~both, f"left {single}": left & ~both}
         for name, mask in who.items():
             long = _long(mask, times)
@@ -121,7 +120,7 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
 
 
 def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """(T,) the mask (T,) without times that are not worth a sentence."""
+    """(T,) the mask (T,) without spans shorter than _SHORTEST_S."""
     result = np.zeros(len(mask), dtype=bool)
     steps_s = np.diff(times, append=times[-1:])  # the last row ends the take
     steps_s = np.minimum(steps_s, np.median(steps_s))  # rows may be missing after one
@@ -149,14 +148,14 @@ def clean(
     poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5, video_time_s: np.ndarray | None = None
 ) -> tuple[PoseSequence, dict[str, int]]:
     """One row for every video frame, without spikes, with short gaps filled; every repair is counted. Images that the
-    recording itself lacks get no row: filters bridge a short hole of the clock (pipeline/signals/filters.py).
+    video itself lacks get no row: filters bridge a short gap in time (pipeline/signals/filters.py).
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         clip boundary, never beyond the first or last sighting); 0 fills none.
     spike: a joint is removed that is off, for a single frame, from the line between its neighbours in time by more than
         this many trunk lengths and by more than three times the distance of the neighbours; 0 removes none. Where
         frames are more than 1/15 s apart the limit grows with the square of the time, because a limb may go and return.
-        Frames to which the whole pose leaps for at most 0.2 s are removed too: they show somebody else.
+        Frames to which the whole pose leaps for at most 0.2 s are removed too: they show another person.
     video_time_s: (V,) the video's time stamps, for the rows that are put back, if the others have theirs from it.
 
     Returns the poses, and counts of rows inserted, of spikes and strays removed, and of values filled or left missing.
@@ -193,7 +192,7 @@ def clean(
         path = replace(path, points=points[:, 0], covariance=covariance)
         jumps, count = int(leaps.sum()), count + more
     made = np.isnan(poses.joints).any(-1) | spikes
-    covariance = poses.covariance  # nobody states the error of what was filled in
+    covariance = poses.covariance  # what was filled in has no stated error
     covariance = (
         None if covariance is None else np.where(made[..., None, None], np.float32(np.nan), covariance)
     )

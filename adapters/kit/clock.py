@@ -1,8 +1,8 @@
-"""Which video frame a row of a table or an entry of JSON is, and at which second: one table of the names under which
-files say it, for all readers.
+"""Which video frame a row of a table or an entry of JSON is, and at which second: one table of the names of such
+columns and fields, for all readers.
 
-What a name leaves open shows itself by the values: the unit of a bare "timestamp", whether "image" holds numbered
-images or the name of one video. What looks like a clock and is not used is named in a notice.
+What a name leaves open is decided by the values: the unit of a bare "timestamp", whether "image" holds numbered images
+or the name of one video. A notice names what looks like a clock and is not used.
 """
 
 from __future__ import annotations
@@ -51,10 +51,8 @@ _LIKE = re.compile(
 _UNNAMED = re.compile(r"(unnamed(_\d+)?)?")  # as pandas writes and reads the index of its rows
 
 _USUAL_HZ = (4.0, 500.0)  # rows a second by which a unit shows; no two units fit one step
-_STRIDE, _MILLISECONDS = (
-    5,
-    12,
-)  # whole numbers in steps up to the one count frames, from the other on they are times
+# Whole numbers in steps of up to _STRIDE count frames; in steps of _MILLISECONDS and more they are times.
+_STRIDE, _MILLISECONDS = 5, 12
 _CALENDAR_S = 1e6  # later times are a calendar's, and are counted from the first one
 _CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:\.\d*)?)")
 
@@ -102,8 +100,8 @@ class Clock:
 
 
 class Moments:
-    """When the people of a file were seen, told row by row what the file says of it: it numbers the moments from 0 on,
-    and makes a `Clock` of them once all is read.
+    """When the people of a file were seen. It gets the file's rows one by one, numbers their moments from 0 on, and
+    makes a `Clock` of them once all are read.
 
     recording: the one of several in the file that counts.
     """
@@ -118,8 +116,8 @@ class Moments:
         self._rate: float | None = None
 
     def of(self, row: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
-        """The number of a row's moment; rows of which nothing is said follow each other, those of each person for
-        themselves. None for a row of another recording.
+        """The number of a row's moment; rows without frame or time are numbered on, for each person separately. None
+        for a row of another recording.
 
         row: its values under any names; what is no clock's does not matter. where: which row it is, for errors.
         InputError for a frame that is no whole number.

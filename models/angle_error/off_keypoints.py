@@ -1,5 +1,5 @@
-"""Elbows and knees of limbs that contradict their keypoints: their stated errors grow with the residual. And arms of
-which the detector is unsure: theirs grow as its score falls. Limbs that may be exchanged have no angles.
+"""Where limbs contradict their keypoints, the stated errors of elbows and knees grow with the residual; where the
+detector is unsure of an arm, those of its angles grow as the score falls. Limbs that may be exchanged have no angles.
 
 Putting such limbs back on their rays with their bone lengths was tried and is no gain: with the noisy keypoints of the
 test bed MPJPE, knees and elbows became worse at every threshold, with exact ones they gained 0.1 mm at most.
@@ -22,9 +22,9 @@ from .take_angles import MAX_SD_DEG, AngleSeries
 # Root mean square errors of elbows and knees on lifted validation takes with noisy keypoints are 13 to 14 and 10 to 12
 # degrees up to 0.08 statures, 17 and 16 at 0.12, 25 and 20 beyond 0.15: by so much a stature, as squares.
 _GROWS_DEG = 120.0
-# Of the man before four cameras (SURE_SCORE) the elevation of arms errs by 7 degrees (root mean square) where their
-# score is 0.6 and more, by 9 at 0.5, 12, 15 and 18 at 0.475, 0.425 and 0.375, beside a stated 7 to 8: by so much a unit
-# of the score, as squares. The knees' errors do not grow so.
+# On the real take (SURE_SCORE) the error of the arms' elevation is 7 degrees (root mean square) where their score is
+# 0.6 and more, 9 at 0.5, and 12, 15 and 18 at 0.475, 0.425 and 0.375, while 7 to 8 are stated: by so much a unit of the
+# score, as squares. The knees' errors do not grow so.
 _UNSURE_DEG = 150.0
 _OF_ARMS = (
     "shoulder_elevation",
@@ -44,16 +44,16 @@ def widened(
     series: Mapping[str, AngleSeries], residuals: Residuals | None, scores: Mapping[str, np.ndarray]
 ) -> dict[str, AngleSeries]:
     """The angles (T,), those of elbows and knees with the error that their limb's residual adds, those of arms with
-    what an unsure detector adds; one whose error becomes larger than MAX_SD_DEG is not to be trusted. residuals: None
-    where nothing tells them. scores: of reprojection.limb_scores."""
+    what an unsure detector adds; a value whose error becomes larger than MAX_SD_DEG is left out. residuals: None where
+    they are not known. scores: of residuals.limb_scores."""
     result = dict(series)
-    for limb in LIMBS if residuals is not None else ():
-        side, part = limb.split("_")
-        name = f"{side}_elbow_flexion" if part == "arm" else f"{side}_knee_flexion"
-        assert residuals is not None
-        excess = np.sqrt(np.fmax(steady(residuals.limb(limb)) ** 2 - agrees(residuals) ** 2, 0.0))
-        if name in result and excess.any():
-            result[name] = _widened(result[name], _GROWS_DEG * excess)
+    if residuals is not None:
+        for limb in LIMBS:
+            side, part = limb.split("_")
+            name = f"{side}_elbow_flexion" if part == "arm" else f"{side}_knee_flexion"
+            excess = np.sqrt(np.fmax(steady(residuals.limb(limb)) ** 2 - agrees(residuals) ** 2, 0.0))
+            if name in result and excess.any():
+                result[name] = _widened(result[name], _GROWS_DEG * excess)
     for limb, score in scores.items():
         lacks = np.fmax(SURE_SCORE - score.min(axis=1), 0.0)
         if limb.endswith("arm") and lacks.any():
@@ -65,7 +65,7 @@ def widened(
 def without_exchanged(
     series: Mapping[str, AngleSeries], doubt: Mapping[str, np.ndarray]
 ) -> dict[str, AngleSeries]:
-    """The angles (T,), none where they rest on limbs that may be exchanged. doubt: of swaps.in_doubt."""
+    """The angles (T,), none where they rest on limbs that may be exchanged. doubt: of common/motion.in_doubt."""
     result = dict(series)
     for limb, rows in doubt.items():
         for name in series:

@@ -26,8 +26,8 @@ LIMBS = {
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """How far poses are off their keypoints, in the rows of the poses. NaN where a joint has no keypoint that was seen,
-    where the pose lacks it, and where fewer than FEWEST joints place the body.
+    """How far poses are off their keypoints, in the rows of the poses. NaN where a joint has no visible keypoint, where
+    the pose lacks it, and where the body has too few joints to be placed.
 
     px: (T, 17, 2) of H36M17, from the keypoint to the joint's image, pixels of an ideal lens, x right and y down.
     statures: (T, 17, 2) the same at the joint's distance from the camera, in shares of the person's stature.
@@ -84,7 +84,8 @@ def residuals_of(take: Take) -> Residuals | None:
 
 def limb_scores(take: Take) -> dict[str, np.ndarray]:
     """{limb: (T, 2)} of LIMBS in the rows of the poses: mean_scores of its middle and outer joint, one below SURE_SCORE
-    where the detector is unsure of the limb. Empty where nothing tells, and of motion capture, which needs no detector.
+    where the detector is unsure of the limb. Empty if scores are not known, and for motion capture, which needs no
+    detector.
     """
     poses, keypoints = take.poses, take.keypoints
     if poses is None or keypoints is None or poses.made_by.kind == "measured":
@@ -97,7 +98,7 @@ def limb_scores(take: Take) -> dict[str, np.ndarray]:
 
 def unsure_joints(take: Take) -> dict[str, np.ndarray]:
     """{joint: (T,)} of the middle and outer joints of LIMBS, in the rows of the poses: where the detector is unsure of
-    it, and may have guessed. Empty where nothing tells."""
+    it, and may have guessed. Empty if scores are not known."""
     return {
         joint: score < SURE_SCORE
         for limb, scores in limb_scores(take).items()
@@ -106,7 +107,7 @@ def unsure_joints(take: Take) -> dict[str, np.ndarray]:
 
 
 def _beside(take: Take) -> tuple[PoseSequence, PoseSequence, Camera] | None:
-    """Poses in CAMERA axes, keypoints of the same images, and their camera; None where one lacks."""
+    """Poses in CAMERA axes, keypoints of the same images, and their camera; None if one of them is missing."""
     poses, keypoints, camera = take.poses, take.keypoints, take.camera
     if poses is None or keypoints is None or camera is None:
         return None

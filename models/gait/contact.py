@@ -1,11 +1,11 @@
 """How likely each foot is on the floor, from how the legs move relative to the pelvis.
 
-A foot on the floor goes back under the body as evenly as the body goes ahead, low and straight. A small network reads
-that from a window of 1.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
-and no frame rate enters, so that a treadmill, a moving camera and a lifter without a place are all the same to it.
+A foot on the floor moves back under the body as evenly as the body moves ahead, low and straight. A small network
+recognises that in a window of 1.6 s of both legs, in BODY axes and leg lengths. It uses no scale, no place in the room,
+no heading and no frame rate, so it also works on a treadmill, with a moving camera, and for a lifter without a place.
 
-contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects, their walks also in styles
-that nobody walked, as lifted and as captured; models/lab/mocap/contact.py says what a contact is there.
+contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects, lifted and as captured,
+their walks also in simulated styles; models/lab/mocap/contact.py defines a contact there.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CONTACT_FILE = Path(__file__).with_name("contact.json")
 SIDES = ("r", "l")
 _AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
-# Either way: over two strides a lifted leg is as long as the next time, whatever it is within one.
+# To either side: within a stride the length of a lifted leg varies, averaged over two it does not.
 _UNIT_S = 1.5
 _VALUES = 9  # of a moment: three joints
 _MIRROR = np.array([1.0, -1.0, 1.0])  # BODY's y is right
@@ -85,7 +85,7 @@ def window_features(
     body: np.ndarray, time_s: np.ndarray, side: str, seams: tuple[int, ...] = ()
 ) -> np.ndarray:
     """(T, F) of one foot: both ankles and its knee over the window in lengths of a leg, mirrored for the left foot;
-    beyond the ends of an unbroken piece its last values stand. body, time_s, seams: as those of `contacts`."""
+    beyond the ends of an unbroken piece its last values are repeated. body, time_s, seams: as those of `contacts`."""
     result = np.full((len(body), len(_OFFSETS_S) * _VALUES), np.nan)
     for rows, features in _windows(body, time_s, side, seams):
         result[rows] = features
@@ -119,8 +119,8 @@ def leg_length(joints: np.ndarray) -> float:
 
 
 def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
-    """(T,) the same about each moment, of the frames within 1.5 s between the same seams, and where none has both legs
-    as those before and after: the unit of some estimators grows as the person comes nearer. joints: as of
+    """(T,) the same around each moment: the median of the frames within 1.5 s between the same seams, interpolated
+    where none of them has both legs. The unit of some estimators grows as the person comes nearer. joints: as of
     `leg_length`; time_s: (T,). NaN between seams where no frame has both legs."""
     both = _legs(joints)
     result = np.full(len(both), np.nan)
@@ -131,7 +131,7 @@ def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
         visible_s, length = time_s[rows], both[rows]
         count = int(np.ceil(np.ptp(visible_s) / _UNIT_S))
         step_s = np.ptp(visible_s) / max(count, 1)
-        # Of an even grid only what lies beside rows: a hole in the times may last for years.
+        # Only the points of an even grid that lie beside rows: a gap in the times may last for years.
         beside = np.unique(np.floor((visible_s - visible_s[0]) / max(step_s, 1e-9))[:, None] + [-1, 0, 1, 2])
         at_s = visible_s[0] + step_s * beside[(beside >= 0) & (beside <= count)]
         spans = np.searchsorted(visible_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")

@@ -17,11 +17,10 @@ _SETTLED = 10  # rows that tell the usual interval; a stream may begin with a bu
 
 
 class LiveLifter:
-    """Lifts the newest frame from what came before it; no frame is waited for.
+    """Lifts the newest frame from it and the frames before; it waits for none.
 
-    The answer is the one that builtin.lifted gives for the last frame of all so far, at up to 45 frames a second. With
-    frames on both sides, as in a finished take, it is better: of what a frame's answer rests on, the half that is still
-    to come is missing.
+    The answer is the one that builtin.lifted gives for the last frame of all so far, at up to 45 frames a second. In a
+    finished take it is better, because the frames after it are used too.
     """
 
     def __init__(

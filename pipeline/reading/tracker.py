@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
-LARGER = 1.28  # times that one person may be larger or smaller than where the track goes on
+LARGER = 1.28  # times by which a person may be larger or smaller than where the track continues
 MEMORY = 30  # frames after which somebody who was lost counts as a new person
-PACE = 10  # frames over which it is seen how people move on
+PACE = 10  # frames from which it is predicted how people move on
 _NEVER = 1e6
 _FEWEST = 3  # joints that tell how far a body has moved
 
@@ -53,11 +53,11 @@ class Tracker:
         self._tracks = {
             name: track for name, track in self._tracks.items() if frame - track[-1].frame <= MEMORY
         }
-        # Of equals who was seen last.
+        # Of equal costs that of whoever was seen last.
         lost = sorted(self._tracks, key=lambda name: -self._tracks[name][-1].frame)
         names = [-1] * len(people)
         if lost:
-            cost = np.array([_costs(_gone_on(self._tracks[name], frame), people) for name in lost])
+            cost = np.array([_costs(_expected(self._tracks[name], frame), people) for name in lost])
             for row, column in _pairs(cost):
                 if cost[row, column] < _NEVER:
                     names[column] = lost[row]
@@ -67,20 +67,20 @@ class Tracker:
         return names
 
     def knows(self, name: int, sighting: Sighting) -> None:
-        """Go on from what is known: who somebody was; in order of time."""
+        """Adds a sighting to that person's track; sightings come in order of time."""
         before = [earlier for earlier in self._tracks.pop(name, []) if sighting.frame - earlier.frame <= PACE]
         self._tracks[name] = [*before, sighting]
         self._people = max(self._people, name + 1)
 
     def cut(self) -> None:
-        """What follows shows something else: nobody is who was there before."""
+        """After a cut of the video: everybody who follows is a new person."""
         self._tracks = {}
 
 
 def steps(points: np.ndarray) -> np.ndarray:
     """(T - 1,) mean distance over the body's size from each row of points (T, J, 2) to the next, 0 where fewer than
-    three joints are seen in both: of who comes into the picture a hand is the whole body at first, and its error as
-    large."""
+    three joints are visible in both: of a person who enters the image only a hand may be visible, and its error would
+    be as large as that body."""
     apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
     size = extent(points)
     both = np.isfinite(apart).sum(axis=1)
@@ -94,8 +94,8 @@ def extent(points: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
 
 
-def _gone_on(track: Sequence[Sighting], frame: int) -> Sighting:
-    """The last of a track's sightings, moved as the joints of all did on average. frame: in which it would be seen."""
+def _expected(track: Sequence[Sighting], frame: int) -> Sighting:
+    """Where a track's person is expected in `frame`: the last sighting, moved on as its joints moved on average."""
     first, last = track[0], track[-1]
     weight = np.minimum(first.weight, last.weight)
     if first is last or not weight.any():
@@ -116,7 +116,7 @@ def _pairs(cost: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _costs(sighting: Sighting, people: Sequence[Sighting]) -> list[float]:
-    """Of each person as the one who is known."""
+    """The cost of each person as the continuation of a track, of which `sighting` is what is expected."""
     weight = np.minimum(sighting.weight, np.array([person.weight for person in people]))
     step = np.linalg.norm(sighting.points - np.array([person.points for person in people]), axis=-1)
     total = weight.sum(axis=1)

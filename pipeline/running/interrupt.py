@@ -1,4 +1,4 @@
-"""Ctrl-C as a wish to stop after the piece at hand, so that what was done so far is kept."""
+"""Ctrl-C asks a long computation to stop after its present part, so that what was done so far is kept."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _KEEP_RARELY = 20  # times as long as the last writing took
 
 
 class Keeper:
-    """Calls `keep` about every minute of those in which it is called itself, and rarely enough that writing hours of
-    work, which takes seconds, is a small part of the time."""
+    """To be called often: it calls `keep` once a minute, or more rarely, so that writing, which takes seconds after
+    hours of work, is a small part of the time."""
 
     def __init__(self, keep: Callable[[], None]) -> None:
         self._keep, self._at = keep, time.monotonic() + _KEEP_S
@@ -29,8 +29,8 @@ class Keeper:
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
-    """A callback that says whether Ctrl-C was pressed meanwhile; pressed again, it interrupts as ever. Outside the
-    main thread, which alone hears of it, nothing changes."""
+    """A callback that says whether Ctrl-C was pressed meanwhile; pressed again, it interrupts as usual. Only the main
+    thread gets Ctrl-C; in others nothing changes."""
     asked = False
 
     def note(number: int, frame: object) -> None:

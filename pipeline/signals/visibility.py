@@ -17,16 +17,16 @@ from .filters import stretches
 
 # Of a joint that was seen: MoveNet gives 0.02 to 0.2 to legs that are cut off, 0.3 and more to an arm behind the body.
 LEAST_SCORE = 0.25
-# MoveNet scores a joint that it does not see and guesses by 0.4 or so. Of a man before four real cameras (pose2sim of
-# models/lab/evaluation/real_data.py) its wrists are off by 3 % of the way from shoulder to ankle where their score, the
-# mean over a quarter of a second, is 0.55 or more, by 5 % from 0.5 on, by 9 to 21 % below.
+# A joint that MoveNet does not see but guesses has a score of about 0.4. On the real take (pose2sim of
+# models/lab/evaluation/real_data.py) its wrists are off by 3 % of the distance from shoulder to ankle where their
+# score, the mean over a quarter of a second, is 0.55 or more, by 5 % from 0.5 on, by 9 to 21 % below.
 SURE_SCORE, _SURE_S = 0.5, 0.25
-_WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of so long
+_WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of such a window
 _BORDER_PX = 1.0
-_NEAR = 0.012  # of the image's side: so far from it detectors put joints that are beyond it
-_BEYOND = 0.05  # of the side, and of the points: detectors put few of those that they see so far outside
-_MOST_BEYOND = 0.5  # of the points: such a size is wrong, whoever is in the image
-_INSIDE = 3.0  # of that: from here on a joint is well inside again
+_NEAR = 0.012  # of the image's side: within this distance from it detectors put joints that are outside
+_BEYOND = 0.05  # of the side, and of the points: detectors put few visible joints so far outside
+_MOST_BEYOND = 0.5  # of the points: more outside, and the size is wrong
+_INSIDE = 3.0  # times _NEAR: from this distance on a joint is well inside again
 _SHORT = 0.85  # of a limb's own length: shorter at the edge, and its end is beyond it
 _FEWEST = 8  # frames well inside, by which a limb's own length is known
 _LIMBS = {"ankle": "knee", "knee": "hip", "wrist": "elbow", "elbow": "shoulder"}  # end: beginning
@@ -35,10 +35,10 @@ _LIMBS = {"ankle": "knee", "knee": "hip", "wrist": "elbow", "elbow": "shoulder"}
 def unseen(
     keypoints: PoseSequence, image_size: tuple[int, int] | None, frame_index: np.ndarray, times: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 17) which joints of H36M17 were not seen at video frames frame_index (T,) and times (T,) in seconds, and
-    (T, 17) which of them were out of the image. keypoints: of the same person, pixels; image_size: width and height,
-    None where unknown. A frame without a row of keypoints says nothing. A joint of MoveNet that was not seen is seen
-    again once the detector is sure of it, not where it only guesses between two such times."""
+    """(T, 17) which joints of H36M17 were not visible at video frames frame_index (T,) and times (T,) in seconds, and
+    (T, 17) which of them were outside the image. keypoints: of the same person, pixels; image_size: width and height,
+    None if unknown. A frame without a row of keypoints counts as neither. A joint of MoveNet that was not visible is
+    visible again once the detector is sure of it, not while it only guesses."""
     body = remap(keypoints, H36M17)
     rows = np.searchsorted(body.frame_index, frame_index)
     has_row = (rows < len(body)) & (body.frame_index[np.minimum(rows, len(body) - 1)] == frame_index)
@@ -53,8 +53,8 @@ def unseen(
 
 
 def _until_sure(hidden: np.ndarray, scores: np.ndarray) -> None:
-    """Adds to hidden (T, 17) what lies between two times that it names of a joint, or between one and an end of the
-    take, in which no score (T, 17) is of a joint that was seen."""
+    """Adds to hidden (T, 17) the frames between two in which a joint is hidden, or between one and an end of the take,
+    if in none of them the score (T, 17) is that of a visible joint."""
     for joint in np.flatnonzero(hidden.any(axis=0)).tolist():
         mask = hidden[:, joint]
         for first, stop in stretches(mask | ~(scores[:, joint] >= SURE_SCORE)).tolist():
@@ -77,15 +77,14 @@ def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndar
 
 
 def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
-    """The keypoints, of any layout, without each that by itself is too doubtful, or out of the image; no times are
-    needed."""
+    """The keypoints, of any layout, without those of too low a score or outside the image; no times are needed."""
     doubtful = _out(keypoints.joints, image_size) | (keypoints.confidence < LEAST_SCORE)
     return keypoints.with_(joints=np.where(doubtful[..., None], np.nan, keypoints.joints))
 
 
 def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
-    """A warning where many keypoints that were seen lie far beyond an image of that size; None where they do not, or it
-    is not known. InputError where most do: every pose would be thrown away as out of the image."""
+    """A warning if many visible keypoints lie far outside an image of that size; None if they do not, or the size is
+    not known. InputError if most do: every pose would be left out as outside the image."""
     points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
     if image_size is None or not len(points):
         return None

@@ -14,20 +14,19 @@ import numpy as np
 
 from ...pipeline.signals.filters import BRIDGED_S, derivative, peaks, runs
 
-# A repetition begins at _EDGE of its rise, or earlier, where the rise below _LOW is slower than _STARTS of its
-# fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
-# that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
-# 79 %. Where the signal is slow there so long after it has left the height, it rested: one low moment, as of a lifted
-# knee in a walk, had set the height too low. In that time it changes by less than _RESTS of the rise.
+# A repetition begins at _EDGE of its rise, or earlier: where the signal, below _LOW of the rise, is for the last time
+# slower than _STARTS of its fastest. A lifter flattens slow starts, so that they reach a height late. Of labelled
+# movements that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted; by the height alone
+# 94 and 79 %. If the signal is slow for longer than _RESTS_S after it has passed the height, and changes by less than
+# _RESTS of the rise in that time, it rested: one low moment, as of a lifted knee in a walk, had set the height too low.
 _RESTS_S, _RESTS = 0.5, 0.03
 _EDGE = 0.07  # a steady return ends there too
 _LOW, _STARTS = 0.12, 0.2
-# It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
-# 0.15 of it lifted knees pause for a moment. On the labelled takes, lifted before nine cameras, 0.3 and 0.4 do alike.
+# It also ends where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
+# 0.15 of it lifted knees pause for a moment. On the labelled takes, lifted from nine cameras, 0.3 and 0.4 do alike.
 _SETTLED = 0.3
-_OUTER = (
-    0.1  # of the rise: by so much less on one side of the peak, and the end of what was seen cuts it there
-)
+# Of the rise: where one side of the peak rises by so much less than the other, the end of the visible part cuts it.
+_OUTER = 0.1
 # Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last.
 _BRIDGED_S, _BRIDGED = 1.0, 0.25
 _BACK = 0.2  # of the rise: a fall by more before the rise is another movement
@@ -45,10 +44,10 @@ _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 class Repetition:
     """One rise and return of an angle. start_s, peak_s, stop_s: seconds. It begins at 7 % of the rise, or where the
     signal is last slow before, and ends at 7 %, or where the signal settles before. peak: the highest value, NaN where
-    missing rows hide it. rise: from the higher of the two valleys beside it, where this movement begins or ends, of
-    those that were seen. seen: by how much it rises, and returns, in what was seen, from the lowest value to either
-    side. held: from when to when the signal stays beyond 85 % of the rise. cut: whether an end of the take or a gap
-    cuts its begin, and its end."""
+    missing rows hide it. rise: its own, from the higher of the visible valleys beside it, where this movement begins or
+    ends. seen: by how much it rises, and returns, in the visible part, from the lowest value on either side. held: from
+    when to when the signal stays above 85 % of the rise. cut: whether an end of the take or a gap cuts its beginning,
+    and its end."""
 
     start_s: float
     peak_s: float
@@ -78,9 +77,9 @@ class Repetition:
 def repetitions(
     x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = (), low: float = np.inf
 ) -> list[Repetition]:
-    """All rises of x (T,) by `least` or more between its missing rows, in order, whether their begin and end were seen
-    or not: beyond what was seen x counts as low as its lowest value, or `low`. A dip by less than `least` at the top
-    ends none. Up to a quarter of a repetition, and a second, may be missing."""
+    """All rises of x (T,) by `least` or more between its missing rows, in order, also those whose beginning or end is
+    not visible: outside the visible part x counts as low as its lowest value, or `low`. A dip by less than `least` at
+    the top does not end one. Up to a quarter of a repetition, and at most a second, may be missing."""
     has_value = np.isfinite(x)
     if not has_value.any():
         return []

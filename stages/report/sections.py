@@ -21,18 +21,18 @@ _HEADINGS = {
     "world": "Front and right are those of the file's world.",
 }
 _FILES = {
-    "measures.csv": "what figures there are of movements and ranges of motion, for Excel or another spreadsheet",
-    "strides.csv": "what strides and repetitions there are: all angles with errors at each per cent, and events",
+    "measures.csv": "figures of movements and ranges of motion, for Excel or another spreadsheet",
+    "strides.csv": "strides and repetitions from 0 to 100 %: all angles with errors, and events",
     "kinematics.csv": "angles, paths, speeds and accelerations of every frame, for Excel or another spreadsheet",
     "kinematics.parquet": "angles, paths, speeds and accelerations of every frame, for Python, R or MATLAB",
     "poses.npz": "joints of every frame before and after, for Python",
-    "take.rrd": "the recording, to be played by: pcnet3d view FOLDER",
+    "take.rrd": "the recording; pcnet3d view FOLDER plays it",
     "keypoints.npz": "the 2D keypoints that were found in the video",
 }
 
 
 def session_words(take: Take, facts: Facts) -> Markup:
-    """Whom and what the page is about, under its title: person and date, if told, the recording and its length."""
+    """Whom and what the page is about, under its title: person and date, if given, the take's name and its length."""
     poses, several = take.need("poses"), len(take.need("poses")) > 1
     parts = [
         f"Person {take.session.person_id}" if take.session.person_id else "",
@@ -45,7 +45,7 @@ def session_words(take: Take, facts: Facts) -> Markup:
 
 
 def _frames(take: Take) -> str:
-    """How many frames the page is about, and of how many where the person was followed in a part of the video alone."""
+    """How many frames the page is about; if the person was followed only in a part of the video, of how many."""
     poses, video = take.need("poses"), take.video
     if video is None or len(poses) >= (looked_at := video.span[1] + 1 - video.span[0]):
         return how_many(len(poses), "frame")
@@ -87,7 +87,7 @@ def gravity_words(facts: Facts) -> Markup:
 
 
 def provenance_of(take: Take) -> Markup:
-    """What was read and how, with versions, as every file of the run says it; what was noted beside."""
+    """Inputs, how they were read and versions, as in every file of the run; then the notes."""
     poses = take.need("poses")
     lines = {
         "poses": f"person {poses.person}, frames {poses.frame_index[0]} to {poses.frame_index[-1]}, {poses.frame}",

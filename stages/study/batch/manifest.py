@@ -32,9 +32,8 @@ _ROLES = ("video", "poses", "keypoints")
 _FIELDS = tuple(name for name in RunOptions.model_fields if name not in ("settings", "keypoints_options"))
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
 
-Texts = dict[
-    str, str | tuple[str, ...]
-]  # by option of a run, or by STAGE.KEY; several of one that is repeatable
+# Texts of cells by option of a run, or by STAGE.KEY; several of an option that is repeatable.
+Texts = dict[str, str | tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ def _run_options(texts: Texts) -> RunOptions:
 
 
 def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """Where it stands and what is in it, of every row."""
+    """Of every row: its file and line, for errors, and its cells by column."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file, strict=True)
@@ -192,8 +191,8 @@ def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def _take_of(path: Path) -> tuple[str, str | None]:
-    """Of a file the take's name and what it is to it. A file that looks like poses and that no adapter recognises is a
-    take too, which its run refuses with the reason."""
+    """The name of the take that a file belongs to, and its role there. A file that looks like poses but that no adapter
+    recognises is a take too; its run refuses it with the reason."""
     if named := _NAMED.match(path.name):
         return named["take"], named["role"]
     if path.is_dir():

@@ -30,9 +30,9 @@ def read_truth(
     metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC, C3D or .npz file lacks are
     NaN; it has to have hips, knees and ankles.
 
-    up, unit, fps: of files that do not say it, or say it wrong. InputError when the file is not what it should be, has
-    no joints of these names, does not stand upright or is of no person's size, and for what is said of a format that
-    leaves no choice.
+    up, unit, fps: of files that do not state them, or state them wrongly. InputError if the file is damaged or of
+    another form, has no joints of these names, or its person does not stand upright or has an impossible size; and for
+    an option that the format leaves no room for.
     """
     if not path.is_file():
         raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
@@ -61,7 +61,7 @@ def _read(path: Path, kind: str, up: Up | None, unit: str | None, fps: float | N
 
 
 def _check_person(poses: PoseSequence, path: Path, unit: str | None) -> None:
-    """InputError where they do not stand upright, or are of no person's size."""
+    """InputError if the person does not stand upright, or has an impossible size."""
     share = upright_share(poses.joints)
     if np.isnan(share):
         raise InputError(
