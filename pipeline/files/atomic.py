@@ -74,15 +74,6 @@ def refuse_unwritable(path: Path) -> None:
         raise InputError("cannot-write", f"Cannot write into {there}: permission denied; choose another -o.")
 
 
-def refuse_unwritable_file(path: Path) -> None:
-    """InputError when no file can be written at `path`, whose folder need not be there yet."""
-    if path.is_dir():
-        raise InputError(
-            "cannot-write", f"Expected a file to write, but {path} is a folder; choose another -o."
-        )
-    refuse_unwritable(path.parent)
-
-
 def _there(path: Path) -> Path:
     """The path itself or the nearest of its parents that exists."""
     return next(place for place in (path.absolute(), *path.absolute().parents) if place.exists())

@@ -469,14 +469,7 @@ def _leaves(path: Path) -> Leaves:
         return _of_table({name: [_cell(row[n]) for row in rows] for n, name in enumerate(header)})
     if path.suffix == ".parquet":
         table = parquet.read_table(path)
-        held: dict[str, Any] = {name: table[name].to_pylist() for name in table.column_names}
-        metadata = [("file", table.schema.metadata), *((f.name, f.metadata) for f in table.schema)]
-        about = {
-            f"metadata of {name}, {key.decode()}": _parsed(value.decode())
-            for name, values in metadata
-            for key, value in (values or {}).items()
-        }
-        return _of_table(held) | dict(_within(about))
+        return _of_table({name: table[name].to_pylist() for name in table.column_names})
     if path.suffix == ".json":
         return dict(_within(json.loads(path.read_text(encoding="utf-8"))))
     if path.suffix in (".trc", ".mot", ".bvh"):
@@ -523,10 +516,6 @@ def _cell(text: str) -> float | str | None:
         return float(text)
     except ValueError:
         return text or None
-
-
-def _parsed(text: str) -> Any:
-    return json.loads(text) if text.startswith(("{", "[")) else text
 
 
 def _within(value: Any, key: str = "") -> Iterator[tuple[str, np.ndarray]]:

@@ -28,7 +28,7 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate, unit
 from ....pipeline.files.arrays import write_arrays
-from ....pipeline.files.atomic import refuse_unwritable_file
+from ....pipeline.files.atomic import refuse_unwritable
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.signals.filters import CUTOFF_HZ, derivative, lowpass
 from ...common.canonical import R_world_from_body
@@ -260,7 +260,7 @@ def write_takes(
     up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
     clip, subject, source (C,); device (), where the lifter computed.
     """
-    refuse_unwritable_file(output)
+    refuse_unwritable(output.parent)
     with computing_on(device) as where:
         drawn, views = BodyRange() if bodies else None, BEDS[bed]
         given: dict[str, Any] = {"model": lifter, "trained_on": trained_on, "laid": laid}

@@ -66,12 +66,6 @@ def test_lengths_that_differ_cannot_be_joined(tmp_path, lifted):
         open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
 
 
-def test_first_frame_numbers_the_rows(lifted):
-    take = open_take(RunOptions(poses=lifted, fps=25, first_frame=100))
-    assert take.poses.frame_index.tolist() == list(range(100, 100 + ROWS))
-    assert take.poses.times[0] == 4
-
-
 def timed_rows(path, bodies, fps):
     np.savez(path, joints=bodies, time_s=np.arange(ROWS) / fps, frame_index=np.arange(ROWS))
     return {"poses": path, "adapter": "arrays", "options": IN_METRES}
@@ -149,13 +143,6 @@ def test_rows_without_numbers_follow_first_frame_when_the_2d_file_is_longer(tmp_
     take = open_take(RunOptions(poses=lifted, keypoints=path, fps=25, first_frame=10))
     assert take.poses.frame_index.tolist() == list(range(10, 10 + ROWS))
     assert take.keypoints.frame_index[0] == 0
-
-
-def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
-    frames = [f + 1 for f in range(ROWS + 1) if f != 7]
-    path = drawn_tracks(tmp_path / "ap.json", {1: frames})
-    take = open_take(RunOptions(keypoints=path, fps=25, first_frame=0))
-    assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
 
 
 def test_what_the_refusal_of_numbers_that_count_from_one_says_to_do_puts_rows_where_they_belong(tmp_path):

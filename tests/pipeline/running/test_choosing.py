@@ -8,7 +8,6 @@ import pytest
 
 from golden.detections import AS_COCO, detected, scored
 from golden.estimators import alphapose3d
-from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.inspect.inspect import inspect
@@ -105,14 +104,6 @@ def test_of_a_runs_own_detections_the_run_on_them_takes_whom_the_first_one_took(
 def test_a_world_has_no_image(facing_camera):
     with pytest.raises(InputError, match="world's axes"):
         choose_person((person("a", 1, frame=Z_UP, facing=facing_camera),) * 2, "largest", "x")
-
-
-def test_from_a_file(mmpose):
-    path = mmpose(ghost=4)
-    assert read(path, person="longest", fps=30).person == "0"
-    assert read(mmpose(), person="largest", fps=30).person == "0"  # 1.75 m against 1.6 m
-    with pytest.raises(InputError, match="'longest' or 'largest'"):
-        read(path, fps=30)
 
 
 def results_2d(path: Path, scene, names: str) -> Path:
