@@ -67,7 +67,7 @@ def read(path: Path) -> tuple[Video]:
     their own.
     """
     if not sniff(path):
-        from ..pipeline.reading.describe import in_words
+        from ..pipeline.reading.find import in_words
 
         raise InputError(
             "format-unknown",

@@ -18,8 +18,7 @@ from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
 from .bounds import check_times
 from .choose import choose_person
-from .describe import why_no_input
-from .find import Gives, adapters, exchanged, find_adapter, recognises
+from .find import Gives, adapters, exchanged, find_adapter, recognises, why_no_input
 from .joint_order import check_order
 from .normalise import Guards, Missing, normalised
 
