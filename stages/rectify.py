@@ -124,7 +124,7 @@ def rectify(
     reason, and never raises. InputError for another layout, shape or frame, for a body that is mirrored or upside down,
     as of a file, and if the camera's lean is given twice.
     """
-    guards = Guards(missing="gap", check=check)
+    guards = Guards(check=check)
     source = poses_given(poses, Meaning(axes, joints, unit), fps, guards)
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
     ((rectified, notices),) = _rectify([source], rectifier, told, view)

@@ -21,8 +21,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     # What was read
     "part-only": ("note", "files",
         "{part}; the whole recording has {whole}."),
-    "gaps-as-asked": ("repair", "files",
-        "Treated as gaps, as asked: {counts}."),
+    "frames-as-gaps": ("repair", "files",
+        "Treated as gaps: {counts}."),
     "interlaced": ("warning", "view",
         "The video is interlaced: each image mixes two moments, so moving edges look like combs. Joints are more "
         "certain in whole images: ffmpeg -i IN -vf bwdif OUT."),

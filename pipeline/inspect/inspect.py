@@ -125,7 +125,7 @@ def inspect(
                 findings.append(notice("refused", reason=str(error)))
         if source.frame.dims == 3:
             try:
-                poses = read.normalised(source, guards=Guards(missing="gap", check="off"))
+                poses = read.normalised(source, guards=Guards(check="off"))
             except InputError as error:
                 findings.append(notice("refused", reason=str(error)))
             else:

@@ -163,7 +163,11 @@ def refuse_damaged(path: Path) -> None:
                 f"{path} is JSON that is incomplete or damaged at line {error.lineno}, column {error.colno}; write or "
                 "copy it again.",
             ) from None
-        except (OSError, ValueError, RecursionError):  # unreadable, or of another kind than detectors and lifters write
+        except (
+            OSError,
+            ValueError,
+            RecursionError,
+        ):  # unreadable, or of another kind than detectors and lifters write
             pass
 
 

@@ -69,7 +69,7 @@ def poses_given(
     read already, which are looked at once more. InputError for another shape, for joints in another order, and for
     what is wrong in a file, too.
     """
-    guards = guards or Guards(missing="gap")
+    guards = guards or Guards()
     if isinstance(values, PoseSequence):
         meaning.refuse()
         poses = values if fps is None else timed(values, fps)

@@ -20,7 +20,7 @@ from .bounds import check_times
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises, why_no_input
 from .joint_order import check_order
-from .normalise import Guards, Missing, normalised
+from .normalise import Guards, normalised
 
 GUARDS = Guards()
 
@@ -54,7 +54,6 @@ def read_all(
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
     handedness: Handedness = "refuse",
-    missing: Missing = "refuse",
     check: Check = "refuse",
     **options: Any,
 ) -> tuple[PoseSequence, ...]:
@@ -65,7 +64,6 @@ def read_all(
     fps: frame rate, for files that do not know theirs.
     handedness: what to do when left and right contradict nose and knees: "refuse", "mirror" the coordinates,
         "swap" the names, "swap-legs" only, or "ignore".
-    missing: what to do with 3D frames that are NaN or all zero: "refuse", or take them for a "gap".
     check: "off" reads a body that is mirrored or upside down as it is.
     options: the adapter's own.
 
@@ -73,7 +71,7 @@ def read_all(
     to the pelvis, whose own way is `root` where the source knows it; 2D in IMAGE, in the detector's layout. Raises
     InputError.
     """
-    guards = Guards(handedness, missing, check)
+    guards = Guards(handedness, check)
     source = load(Path(path), adapter, gives, options)
     return tuple(_clocked(source.normalised(person, fps, guards), path) for person in source.people)
 
@@ -86,7 +84,6 @@ def read(
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
     handedness: Handedness = "refuse",
-    missing: Missing = "refuse",
     check: Check = "refuse",
     **options: Any,
 ) -> PoseSequence:
@@ -95,7 +92,7 @@ def read(
     Other arguments are those of read_all. What is wrong with the others does not matter. InputError when there are
     several and none is named.
     """
-    guards = Guards(handedness, missing, check)
+    guards = Guards(handedness, check)
     source = load(Path(path), adapter, gives, options)
     chosen = choose_person(source.people, person, str(path))
     return _clocked(source.normalised(chosen, fps, guards), path)

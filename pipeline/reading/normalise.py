@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -18,19 +18,16 @@ from ..signals.checks import empty_rows, whole_rows
 from ..signals.guard import guarded
 from .bounds import check_size, timed
 
-Missing = Literal["refuse", "gap"]
-
 
 @dataclass(frozen=True)
 class Guards:
     """What to do with poses that are wrong, as `read_all` says it. InputError for a guard that there is not."""
 
     handedness: Handedness = "refuse"
-    missing: Missing = "refuse"
     check: Check = "refuse"
 
     def __post_init__(self) -> None:
-        for name, allowed in (("handedness", Handedness), ("missing", Missing), ("check", Check)):
+        for name, allowed in (("handedness", Handedness), ("check", Check)):
             if (value := getattr(self, name)) not in get_args(allowed):
                 raise InputError(
                     "bad-value",
@@ -46,7 +43,7 @@ def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guard
     check_size(poses, where)
     if poses.frame.dims == 2:
         return poses
-    poses = _missing(poses, where, guards.missing)
+    poses = _missing(poses, where)
     poses = remap(poses, body_in(poses))
     own = CAMERA if poses.frame.family == "camera" else poses.frame
     poses = change_frame(
@@ -55,7 +52,8 @@ def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guard
     return guarded(poses, guards.handedness, where, guards.check)
 
 
-def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
+def _missing(poses: PoseSequence, where: str) -> PoseSequence:
+    """Frames with NaN, and those of zeros as gaps, counted. InputError where no frame has a pose."""
     empty = empty_rows(poses)
     gone = ~whole_rows(poses) & ~empty
     if empty.all():
@@ -72,12 +70,5 @@ def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
     counted = ", ".join(
         how_many(count, what.replace("frames", "frame", 1), what) for what, count in counts.items() if count
     )
-    if missing == "refuse":
-        first = int(np.argmax(empty | gone))
-        raise InputError(
-            "wrong-content",
-            f"{where}: expected a pose in each of {how_many(len(poses), 'frame')}, got {counted} (first at row "
-            f"{first}); pass --set read.missing=gap to treat them as gaps.",
-        )
     poses = poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints))
-    return poses.noted("missing", **counts).saying(notice("gaps-as-asked", counts=counted))
+    return poses.noted("missing", **counts).saying(notice("frames-as-gaps", counts=counted))

@@ -32,7 +32,7 @@ from ..core.take import Check, Handedness, Session, Swaps, Told
 from ..files.atomic import printable
 from ..plugins.options import did_you_mean, pairs
 from .load import Source
-from .normalise import Guards, Missing
+from .normalise import Guards
 
 OFF = "off"  # as the value of a whole stage: leave it out
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
@@ -236,7 +236,6 @@ class RunOptions(BaseModel):
     handedness: Annotated[Handedness, Tells("handedness")] = "refuse"
     check: Annotated[Check, Tells("check")] = "refuse"
     swaps: Annotated[Swaps, Tells("swaps")] = "report"
-    missing: Missing = "refuse"
     first_frame: int | None = None
     keypoints_adapter: str = "auto"
     keypoints_person: str | None = None
@@ -269,7 +268,7 @@ class RunOptions(BaseModel):
     @property
     def guards(self) -> Guards:
         """What is to be done with poses that are wrong."""
-        return Guards(self.handedness, self.missing, self.check)
+        return Guards(self.handedness, self.check)
 
 
 def _marked(kind: type[Any]) -> dict[str, Any]:

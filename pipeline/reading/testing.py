@@ -98,7 +98,7 @@ def _check_people(adapter: Adapter, people: tuple[PoseSequence, ...]) -> None:
 def _check_guard(
     adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], mirrored: tuple[PoseSequence, ...]
 ) -> None:
-    source, guards = Source(golden, adapter.name, people, str(golden)), Guards(missing="gap")
+    source, guards = Source(golden, adapter.name, people, str(golden)), Guards()
     for poses in people:
         notices = source.normalised(poses, guards=guards).notices
         said = " ".join(each.text for each in notices if each.about == "left and right")

@@ -54,7 +54,7 @@ def people(tmp_path):
         path = golden.write(Person(), tmp_path)
         if not golden.by_name:
             assert set(recognised(path)) - BESIDE <= {golden.adapter}
-        return read_all(path, golden.adapter if golden.by_name else "auto", missing="gap", **golden.options)
+        return read_all(path, golden.adapter if golden.by_name else "auto", **golden.options)
 
     return of
 
@@ -117,7 +117,7 @@ def test_every_adapter_with_scores_has_their_meaning_in_the_documents(shown):
 
 @pytest.mark.parametrize("adapter", [motionbert, videopose3d, ddhpose], ids=lambda adapter: adapter.name)
 def test_arrays_of_lifters(tmp_path, adapter):
-    """Other joints, dimensions or units are refused, frames that failed too unless they are taken for gaps."""
+    """Other joints, dimensions or units are refused; frames that failed are gaps."""
     path, joints = tmp_path / "x.npy", turning(600)
     joints = x3d(joints) if adapter is motionbert else joints.astype(np.float32)
     wrong = [(np.ones(shape, np.float32), "wrong-content") for shape in ((300, 16, 3), (300, 17, 2), (17, 3))]
@@ -129,8 +129,6 @@ def test_arrays_of_lifters(tmp_path, adapter):
     for failed in (np.nan, 0.0):
         joints[100:110] = failed
         np.save(path, joints)
-        with refused("wrong-content"):
-            read(path, adapter.name)
-        gone = np.isnan(read(path, adapter.name, missing="gap").joints)
+        gone = np.isnan(read(path, adapter.name).joints)
         assert gone[100:110].all()
         assert gone.sum() == 10 * 17 * 3

@@ -15,7 +15,7 @@ FRAMES = 30
 
 def test_a_person_in_a_world_and_a_joint_that_was_not_found(standing, tmp_path):
     world = standing(FRAMES)
-    poses = read(easymocap3d(tmp_path, world), missing="gap")
+    poses = read(easymocap3d(tmp_path, world))
     wrist = poses.joint("l_wrist")
     assert np.flatnonzero(np.isnan(wrist).any(axis=1)).tolist() == [7]
     rows = np.arange(FRAMES) != 7

@@ -113,9 +113,7 @@ def test_freemocap(standing, blaze, tmp_path):
     blaze[3, BLAZEPOSE33.index("r_wrist")] = np.nan
     np.save(path, blaze)
     assert recognised(path) == ["freemocap"]
-    with pytest.raises(InputError, match=r"--set read\.missing=gap"):
-        read(path)
-    poses = read(path, missing="gap")
+    poses = read(path)
     assert (poses.frame.axes, poses.frame.unit) == (Z_UP.axes, "m")
     assert np.isnan(poses.joint("r_wrist")[3]).all()
     rows = np.arange(FRAMES) != 3

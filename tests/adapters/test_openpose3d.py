@@ -51,9 +51,7 @@ def test_unit(save, alone, turning):
 def test_missing_joint_is_nan(save, alone):
     alone[5][0][BODY_25.index("r_wrist")] = np.nan
     folder = save(alone)
-    with pytest.raises(InputError, match=r"--set read\.missing=gap"):
-        read(folder)
-    missing = np.isnan(read(folder, missing="gap").joints).any(axis=-1)
+    missing = np.isnan(read(folder).joints).any(axis=-1)
     assert missing.sum() == 1
     assert missing[5, H36M17.index("r_wrist")]
 

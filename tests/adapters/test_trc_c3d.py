@@ -91,12 +91,10 @@ def test_rows_that_are_left_out_keep_their_distance(markers, tmp_path):
     assert poses.fps == pytest.approx(30)
 
 
-def test_empty_cells_are_gaps_that_are_asked_for(markers, tmp_path):
+def test_empty_cells_are_gaps(markers, tmp_path):
     markers[5, list(POSE2SIM).index("RWrist")] = np.nan
     path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
-    with pytest.raises(InputError, match=r"--set read\.missing=gap"):
-        read(path)
-    poses = read(path, missing="gap")
+    poses = read(path)
     assert np.isnan(poses.joint("r_wrist")[5]).all()
     assert np.isnan(poses.joints).sum() == 3
 
@@ -181,7 +179,7 @@ def test_c3d_says_its_unit_and_its_up(standing, markers, tmp_path):
 def test_c3d_of_negative_residuals_is_missing(markers, tmp_path):
     markers[7, 2] = np.nan
     path = c3d(tmp_path / "x.c3d", POSE2SIM, 1000 * markers)
-    assert np.isnan(read(path, missing="gap").joint("r_knee")[7]).all()
+    assert np.isnan(read(path).joint("r_knee")[7]).all()
 
 
 def test_c3d_with_more_frames_than_its_header_counts_is_not_cut(tmp_path):

@@ -65,7 +65,7 @@ def test_display_coordinates_are_refused(export, relative):
 @pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
 def test_no_pose_at_all(export, value):
     with pytest.raises(InputError, match="there are no poses in it"):
-        read(export(lambda joints: np.full_like(joints, value)), "videopose3d", missing="gap")
+        read(export(lambda joints: np.full_like(joints, value)), "videopose3d")
 
 
 @pytest.mark.data("native")

@@ -61,10 +61,8 @@ def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random)
     if adapter.gives not in ("poses", "keypoints"):
         return call(adapter.read, path, what=name, options=options)
     believing = rng.random() < 0.5
-    handedness, missing = ("ignore", "gap") if believing else ("refuse", "refuse")
-    people = read_all(
-        path, name, fps=30 if believing else None, handedness=handedness, missing=missing, **options
-    )
+    handedness = "ignore" if believing else "refuse"
+    people = read_all(path, name, fps=30 if believing else None, handedness=handedness, **options)
     assert people
     for poses in people:
         assert not np.isinf(poses.joints).any()

@@ -349,7 +349,7 @@ def _write_golden(inputs: Path) -> dict[str, str]:
             f"--set read.image_size={SIZE[0]}x{SIZE[1]}",
             *(f"--set keypoints.{option}" for option in options),
         ]
-        several = len(read_all(path, golden.adapter, missing="gap", **golden.options)) > 1
+        several = len(read_all(path, golden.adapter, **golden.options)) > 1
         words = [f"run --{gives} {place} --fps {FPS}", *(alone if gives == "poses" else of_2d)]
         commands[f"read/{name}"] = " ".join(words + ["EVERYONE"] * several)
     return commands

@@ -145,16 +145,16 @@ def test_a_rectifier_of_another_package_that_gives_no_rotations_is_refused(joint
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "words"),
+    ("name", "words"),
     [
-        ("one", {}, "only 1 frame"),
-        ("identical", {}, ""),
-        ("half", {"missing": "gap"}, "120 frames with NaN"),
-        ("mixed", {}, "jumps of a joint"),
-        ("cut", {}, "at frame 120"),
+        ("one", "only 1 frame"),
+        ("identical", ""),
+        ("half", "120 frames with NaN"),
+        ("mixed", "jumps of a joint"),
+        ("cut", "at frame 120"),
     ],
 )
-def test_a_run_tells(tmp_path, joints, mixed, cut, name, options, words):
+def test_a_run_tells(tmp_path, joints, mixed, cut, name, words):
     half = joints.copy()
     half[np.random.default_rng(0).permutation(240)[:120]] = np.nan
     takes = {
@@ -162,7 +162,7 @@ def test_a_run_tells(tmp_path, joints, mixed, cut, name, options, words):
         "cut": cut[0],
     }  # fmt: skip
     np.save(tmp_path / "poses.npy", takes[name])
-    sources = RunOptions(poses=tmp_path / "poses.npy", adapter="arrays", options=MEANING, fps=30, **options)
+    sources = RunOptions(poses=tmp_path / "poses.npy", adapter="arrays", options=MEANING, fps=30)
     take = run_files(sources, tmp_path / "out")
     assert words in " ".join(event.text for event in take.notices)
     assert words in json.dumps(json.loads((tmp_path / "out" / "summary.json").read_text()))

@@ -26,7 +26,7 @@ def run(request, tmp_path_factory):
     told = {"gravity": tuple(-camera.up)} if request.param == "static" else {}
     options = RunOptions(
         poses=folder / "X3D.npy", adapter="videopose3d", keypoints=folder / "2d.json", fps=30, stature=1.75,
-        image_size=(640, 360), focal=640, camera=request.param, title="Walk", settings={"read.missing": "gap"}, **told,
+        image_size=(640, 360), focal=640, camera=request.param, title="Walk", **told,
     )  # fmt: skip
     recipe = load_recipe().without("record").without("report")
     return run_files(options, folder / "out", recipe), folder / "out"

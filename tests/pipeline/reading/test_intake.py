@@ -222,12 +222,12 @@ def test_what_was_asked_of_left_and_right_is_reported(lifted, spoil, handedness,
     assert {each.weight for each in notices if each.about == "left and right"} == kinds
 
 
-def test_gaps_taken_as_asked_are_counted(lifted):
+def test_frames_without_a_pose_are_gaps_and_counted(lifted):
     joints = np.load(lifted)
     joints[4:6] = np.nan
     joints[9] = 0
     np.save(lifted, joints)
-    events = open_take(RunOptions(poses=lifted, fps=25, missing="gap", adapter="motionbert")).notices
+    events = open_take(RunOptions(poses=lifted, fps=25, adapter="motionbert")).notices
     (text,) = [event.text for event in events if event.weight == "repair"]
     assert "2 frames with NaN" in text
     assert "1 frame with all joints" in text

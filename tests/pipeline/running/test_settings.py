@@ -111,8 +111,8 @@ def test_settings_reach_their_stage_in_the_type_it_asks_for():
 
 
 def test_settings_of_reading_are_fields():
-    options = RunOptions(settings=["read.missing=gap", "read.first_frame=7", "keypoints.track=true"])
-    assert (options.missing, options.first_frame) == ("gap", 7)
+    options = RunOptions(settings=["read.swaps=mask", "read.first_frame=7", "keypoints.track=true"])
+    assert (options.swaps, options.first_frame) == ("mask", 7)
     assert options.keypoints_options == {"track": "true"}
     assert options.settings == {}
 
@@ -127,8 +127,8 @@ def test_settings_of_reading_are_fields():
         ("lift.flip=true", ["lift.flip", "'lift'", "this run does not have"]),
         ("lift=off", ["lift=off", "'lift'", "this run does not have"]),
         ("read.fps=30", ["read.fps", "it is --fps"]),
-        ("read.mising=gap", ["read.mising", "did you mean missing"]),
-        ("read.missing=gaps", ["read.missing=gaps", "'gap'"]),
+        ("read.swap=mask", ["read.swap", "did you mean swaps"]),
+        ("read.swaps=masks", ["read.swaps=masks", "'mask'"]),
         ("keypoints.track=true", ["--keypoints"]),
         ("read.keypoints_person=2", ["--keypoints"]),
         ("stature=1.8", ["STAGE.KEY=VALUE", "stature is --stature"]),
