@@ -148,13 +148,17 @@ def quantile(takes: Sequence[Stated], of: Callable[[Stated], np.ndarray], share:
     return float(values[order][min(np.searchsorted(total, share * total[-1]), len(values) - 1)])
 
 
-def weights(takes: Sequence[Stated]) -> np.ndarray:
-    """(N,) of the cases of all takes: one for a person, shared evenly by their takes, and by the cases of each."""
-    count: dict[str, int] = {}
-    for take in takes:
-        count[take.person] = count.get(take.person, 0) + 1
-    parts = [np.full(len(take.error), 1 / (count[take.person] * max(len(take.error), 1))) for take in takes]
-    return np.concatenate(parts or [np.zeros(0)])
+def weights(takes: Sequence[Stated], use: np.ndarray | None = None) -> np.ndarray:
+    """(N,) of the cases of all takes, or only of those that a mask (N,) uses: one for a person, shared evenly by their
+    takes that have any, and by the cases of each."""
+    of_take = np.repeat(np.arange(len(takes)), [len(take.error) for take in takes])
+    use = np.ones(len(of_take), bool) if use is None else use
+    people = np.unique([take.person for take in takes], return_inverse=True)[1]
+    cases = np.bincount(of_take[use], minlength=len(takes))
+    of_person = np.bincount(people[cases > 0], minlength=len(takes))  # takes
+    weight = np.zeros(len(of_take))
+    weight[use] = 1 / (of_person[people] * cases)[of_take[use]]
+    return weight
 
 
 def mean(takes: Sequence[Stated], of: Callable[[Stated], np.ndarray]) -> float:
@@ -180,7 +184,8 @@ def fitted(takes: Sequence[Stated], squares: Squares, covered: float = STRANGERS
     takes = [thinned(take) for take in takes]
     x = np.concatenate([squares(take) for take in takes])
     error = np.log(np.abs(np.concatenate([take.error for take in takes])) + _TINY)
-    weight = np.mean([each / each.sum() for each in _even_weights(takes)], axis=0)
+    parts = [None, *(use for name in takes[0].known for use in _tenths(takes, name))]
+    weight = np.mean([each / each.sum() for each in (weights(takes, use) for use in parts)], axis=0)
     size = np.average(error, weights=weight)
     error = error - size  # so that a part is as small in any unit
     usual = np.average(x, axis=0, weights=weight) + _TINY
@@ -198,19 +203,6 @@ def fitted(takes: Sequence[Stated], squares: Squares, covered: float = STRANGERS
     start = np.full(x.shape[1], np.log(3 / x.shape[1]))
     logs = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=[(-12, 12)] * len(start)).x
     return np.where(logs < -_NOTHING, 0.0, np.exp(logs + 2 * size)) / usual
-
-
-def _even_weights(takes: Sequence[Stated]) -> Iterator[np.ndarray]:
-    """(N,) of the cases of all takes, as `inside` weighs them; and of the cases of every tenth that is judged."""
-    of_take = np.repeat(np.arange(len(takes)), [len(take.error) for take in takes])
-    people = np.unique([take.person for take in takes], return_inverse=True)[1]
-    every = np.ones(len(of_take), bool)
-    for use in (every, *(use for name in takes[0].known for use in _tenths(takes, name))):
-        cases = np.bincount(of_take[use], minlength=len(takes))
-        of_person = np.bincount(people[cases > 0], minlength=len(takes))  # takes
-        weight = np.zeros(len(of_take))
-        weight[use] = 1 / (of_person[people] * cases)[of_take[use]]
-        yield weight
 
 
 def held_out(

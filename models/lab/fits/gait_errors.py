@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ....pipeline.files.atomic import write_text
@@ -27,26 +26,19 @@ _FEWEST = 3  # people
 _NO_ERRORS = ("most", "usual_scatter")  # of a figure's parts
 
 Parts = Mapping[str, Mapping[str, Mapping[str, float]]]  # {"walking", "running": {figure: parts}}
-
-
-@dataclass(frozen=True, eq=False)
-class Walk:
-    """A take's walks as a run states them. gait: "walking" or "running", as it was found. stated: by figure, of
-    differences of the sides with SIDES_APART behind."""
-
-    gait: str
-    stated: Mapping[str, Stated]
+# A take's walks as a run states them: "walking" or "running", as it was found; by figure, of differences of the sides
+# with SIDES_APART behind.
+Walk = tuple[str, Mapping[str, Stated]]
 
 
 def walks_of(takes: Iterator[Finished]) -> Iterator[Walk]:
     """Those of takes in which somebody walks and walks are found."""
     for one in takes:
-        if one.take is None or not one.take.need("rectified").level_ok:
-            continue
-        cases = [*walks(one.take, one.truth, true_gait(one.truth))]
-        stated = {each.statement: each for each in of_cases(cases, one.truth.subject) if len(each.error)}
-        gait = one.take.figures.group("walking").text("gait")
-        yield Walk("running" if gait == "running" else "walking", stated)
+        if one.take is not None and one.take.need("rectified").level_ok:
+            cases = walks(one.take, one.truth, true_gait(one.truth))
+            stated = {each.statement: each for each in of_cases(cases, one.truth.subject) if len(each.error)}
+            gait = one.take.figures.group("walking").text("gait")
+            yield "running" if gait == "running" else "walking", stated
 
 
 def widened(errors: Parts, found: Sequence[Walk], behind: str = "") -> Parts:
@@ -54,7 +46,7 @@ def widened(errors: Parts, found: Sequence[Walk], behind: str = "") -> Parts:
     factor of that figure in both gaits, or 1. behind: what ends the names of the figures."""
 
     def factor(gait: str, name: str) -> float:
-        of_both = [(walk.gait, walk.stated[name + behind]) for walk in found if name + behind in walk.stated]
+        of_both = [(kind, stated[name + behind]) for kind, stated in found if name + behind in stated]
         for takes in ([each for kind, each in of_both if kind == gait], [each for _, each in of_both]):
             if len({each.person for each in takes}) >= _FEWEST:
                 return max(1.0, judge.factor(takes, STRANGERS))

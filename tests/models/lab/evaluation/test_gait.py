@@ -7,7 +7,7 @@ from golden.measures import rows_of
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.lab.evaluation.gait import PATHS, SIDES_APART, judge, matched, one_kind, true_walks
 from pcnet3d.models.lab.evaluation.judge import STRANGERS, Stated
-from pcnet3d.models.lab.fits.gait_errors import Walk, widened
+from pcnet3d.models.lab.fits.gait_errors import widened
 
 
 def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk):
@@ -62,7 +62,7 @@ def test_errors_are_widened_until_nine_in_ten_hold_and_never_narrowed(size):
     rng = np.random.default_rng(1)
     errors = size * rng.standard_normal(700)
     found = [
-        Walk(
+        (
             "running" if i % 70 == 0 else "walking",
             {"step_time_s": Stated("step_time_s", f"person {i % 7}", np.array([error]), np.array([1.645]))},
         )
