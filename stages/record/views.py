@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
@@ -33,7 +32,7 @@ def views(take: Take, size: float) -> rrb.Container:
 
     flat = {"Video": take.video, "2D keypoints": take.keypoints}
     title = " and ".join(name for name, part in flat.items() if part is not None)
-    video = [rrb.Spatial2DView(origin="video", name=title, visual_bounds=_bounds(take))] if title else []
+    video = [rrb.Spatial2DView(origin="video", name=title)] if title else []
     charts = first_angles(take)
     first = rrb.Vertical(
         rrb.Horizontal(*video, first_view(take, size)),
@@ -66,18 +65,3 @@ def _details(take: Take, size: float) -> rrb.Container:
         [rotation, rrb.Tabs(*texts, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
-
-
-def _bounds(take: Take) -> rrb.VisualBounds2D | None:
-    """All that the keypoints reach during the take, when there is no video whose image gives the bounds."""
-    import rerun.blueprint as rrb
-
-    if take.video is not None or take.keypoints is None:
-        return None
-    pixels = take.keypoints.joints[is_finite(take.keypoints.joints)]
-    if len(pixels) == 0:
-        return None
-    low, high = np.percentile(pixels, [0.5, 99.5], axis=0)
-    margin = 0.08 * (high - low).max()
-    (x_0, y_0), (x_1, y_1) = low - margin, high + margin
-    return rrb.VisualBounds2D(x_range=(x_0, x_1), y_range=(y_0, y_1))

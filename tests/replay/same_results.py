@@ -135,7 +135,7 @@ _WORDS = {
     "ALPHAPOSE": "--keypoints MOTIONBERT/boxing_alphapose-results.json --fps 30",
     "SKATER": "--keypoints MHFORMER/input_2D/keypoints.npz --fps 25",
     "EVERYONE": "--everyone",
-    "ALSO": "--also csv --also trc --also mot --also c3d --also netcdf --also bvh --also glb --also measures",
+    "ALSO": "--also csv --also trc --also mot --also c3d --also netcdf --also bvh --also glb",
     "WRIST": "--imu INPUTS/r_forearm.csv --segment r_forearm",
     "PELVIS": "--imu INPUTS/pelvis.csv --segment pelvis",
     "MOTIONBERT": "DATA/native/motionbert",

@@ -12,7 +12,7 @@ import typer
 
 from ....pipeline.core.device import AUTO, computing_on
 from ....pipeline.core.errors import InputError, needed_for
-from ....pipeline.core.messages import how_many, say
+from ....pipeline.core.messages import say
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.system import cores
 from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, write_json, write_text
@@ -23,7 +23,7 @@ from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
 from .process import end_takes
-from .study import doubts, write_table
+from .study import concluded, write_table
 from .take import Job, Outcome, run_take
 
 MARK, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
@@ -80,8 +80,10 @@ def batch(
         rows = study_rows(entries, outcomes)
         write_table(rows, output / TABLE)
         write_text(output / PAGE, as_page(f"Study {output.name}", rows))
-    _conclude(outcomes, rows, output)
-    if any(outcome.state == "failed" for outcome in outcomes):
+    said, *trusted = concluded(rows, sum(each.state == "kept" for each in outcomes))
+    print("\n".join([f"{output}: {said}", *trusted]))
+    point_to(output)
+    if any(each.state == "failed" for each in outcomes):
         raise typer.Exit(2)
 
 
@@ -96,19 +98,6 @@ def _for_all(options: RunOptions, common: list[str] | None) -> dict[str, str]:
             )
         shared |= {} if value is None else {name: str(value)}
     return shared
-
-
-def _conclude(outcomes: Sequence[Outcome], rows: Sequence[dict[str, Any]], output: Path) -> None:
-    """Print what became of the takes, how far they can be trusted, and where the files are."""
-    failed = sum(outcome.state == "failed" for outcome in outcomes)
-    done_before = sum(outcome.state == "kept" for outcome in outcomes)
-    print(
-        f"{output}: {how_many(len(outcomes) - failed, 'take')} done ({done_before} of them before), {failed} failed"
-    )
-    if done := [row for row in rows if row["state"] == "done"]:
-        doubtful = ", ".join(f"{len(runs)} {what}" for what, runs in doubts(done).items())
-        print(f"of {how_many(len(done), 'run')}: {doubtful or 'no doubts about poses or levelling'}")
-    point_to(output)
 
 
 @contextmanager

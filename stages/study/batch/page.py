@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
@@ -16,7 +16,7 @@ from ....pipeline.core.pose import package_version
 from ...drawing.facts import ERRORS_OF_ANGLES
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from .manifest import LABELS
-from .study import doubts, name_of
+from .study import concluded, doubts, name_of
 
 _MOST = 20  # names of runs in a sentence
 _LEVELLED = {True: "yes", False: "no", None: None}
@@ -46,19 +46,9 @@ def _head(rows: Rows, done: Rows) -> Markup:
     ]
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
-        + answer(_conclusion(rows, done))
+        + answer(f"{line[:1].upper()}{line[1:]}." for line in concluded(rows))
         + box("Not to be trusted, or with care", unsure, "warning")
     )
-
-
-def _conclusion(rows: Rows, done: Rows) -> Iterator[str]:
-    """How many takes are done and to be trusted."""
-    names = {row["name"] for row in done}
-    failed = len({row["name"] for row in rows} - names)
-    of = f" of {len(names) + failed} done" if failed else " done, none failed"
-    doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
-    trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
-    yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
 
 
 def _linked(row: Mapping[str, Any]) -> Cell:

@@ -11,6 +11,7 @@ from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.figures import OF_LENGTH
 from ....pipeline.core.measures import Measure, nested
+from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
@@ -119,6 +120,18 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any
     # Without the stage `export` a run's summary has no figures.
     runs["that cannot be judged"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in runs.items() if doubtful}
+
+
+def concluded(rows: Sequence[Mapping[str, Any]], before: int | None = None) -> Iterator[str]:
+    """How many takes are done, `before` of them by an earlier batch, and how far their runs can be trusted; rows: as of
+    `study_rows`."""
+    done = [row for row in rows if row["state"] == "done"]
+    names = {row["name"] for row in done}
+    kept = "" if before is None else f" ({before} of them before)"
+    yield f"{how_many(len(names), 'take')} done{kept}, {len({row['name'] for row in rows} - names)} failed"
+    if done:
+        doubtful = ", ".join(f"{len(runs)} {what}" for what, runs in doubts(done).items())
+        yield f"of {how_many(len(done), 'run')}: {doubtful or 'no doubts about poses or levelling'}"
 
 
 def name_of(row: Mapping[str, Any]) -> str:

@@ -30,7 +30,8 @@ def test_people_of_one_take_are_counted_as_one_take():
     entry = Entry("t", RunOptions(), {}, {"subject": "", "visit": "", "condition": ""})
     people = [{"person": p, "level_ok": p != "1", "verdict": "suspicious", "measures": {}} for p in "012"]
     page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]))
-    assert "1 take done, none failed; 1 of them with doubts." in page
+    assert "1 take done, 0 failed." in page
+    assert "Of 3 runs: 3 with suspicious poses, 1 not levelled." in page
     assert "3 runs with suspicious poses: t, 0; t, 1; t, 2<" in page
     assert "1 run not levelled: t, 1<" in page
 
@@ -39,7 +40,8 @@ def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
     """As after `--set export=off`."""
     rows = [figureless(name) for name in ("a", "b")]
     page = as_page("Study", rows)
-    assert "2 takes done, none failed; 2 of them with doubts." in page
+    assert "2 takes done, 0 failed." in page
+    assert "Of 2 runs: 2 that cannot be judged." in page
     assert "2 runs that cannot be judged: a; b<" in page
     assert ">levelled<" not in page  # a column without a cell
     rows[1] |= {"level_ok": True, "frames": 45}

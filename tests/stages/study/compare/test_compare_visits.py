@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.html import Page
 from golden.measures import rows_of
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import shipped
@@ -243,3 +244,12 @@ def test_lifted_runs_of_different_frame_rates_are_warned_of(sides):
     assert said.text.startswith("The runs were lifted at 15 to 30 frames per second")
     alike = [replace(side, time_s=sides[0].time_s) for side in lifted]
     assert not compared(alike).notices
+
+
+def test_names_that_are_html_are_shown_letter_by_letter_and_not_obeyed(sides):
+    names = "<svg onload=alert(1)>&amp;", "<script>alert(1)</script>&quot;\"'"
+    found = compared([replace(s, name=name) for s, name in zip(sides, names, strict=True)], "stamps")
+    page = Page(as_page(found))
+    assert not any(key.startswith("on") for _, attributes in page.tags for key in attributes)
+    assert len(page.scripts) == 1  # ours
+    assert all(name in page.words for name in names)
