@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters.video import read
-from pcnet3d.models.detector.crops import Crop, around, fitted
+from pcnet3d.models.detector.crops import Crop
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.movenet import MoveNet
 from pcnet3d.pipeline import InputError
@@ -117,13 +117,6 @@ def test_a_crop_that_reaches_beyond_the_image(crop):
     canvas[200:280, 200:300] = image
     expected = canvas[200 + crop.top :, 200 + crop.left :][: crop.height, : crop.width]
     np.testing.assert_array_equal(crop.cut(image, (crop.width, crop.height), fill=7), expected)
-
-
-def test_crops_around_boxes():
-    crop = fitted(np.array([10, 20, 30, 100]), 0.75, 1.25)
-    assert (crop.width, crop.height) == (75, 100)
-    assert (crop.left + crop.width / 2, crop.top + crop.height / 2) == pytest.approx((20, 60), abs=0.5)
-    assert around(np.array([5.0, 5.0]), 0, 0).width == 2
 
 
 @pytest.mark.data("lifter", "models", "video")

@@ -90,18 +90,6 @@ def test_places_without_a_path_are_missing():
     assert np.isnan(np.concatenate([*length_values(gait, root, ankles, TIME)["step_length"].values()])).all()
 
 
-def test_a_belt_is_found_by_the_feet_that_stand_on_it_and_told():
-    root, ankles, gait = striding()
-    assert over_belt(root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] == 0
-    still = 0 * root  # on a treadmill
-    for told in (None, SPEED):
-        path, belt = over_belt(still, ankles, TIME, gait, np.array([1.0, 0.0]), told)
-        assert belt == pytest.approx(SPEED, rel=0.01)
-        values = length_values(gait, path, ankles, TIME)
-        assert mean(values, "walking_speed") == pytest.approx(SPEED, rel=0.01)
-        assert mean(values, "step_length") == pytest.approx(SPEED * STEP_S, rel=0.01)
-
-
 @pytest.mark.parametrize("share", [0.5, 0.65, 0.8, 1.2])
 def test_feet_that_drift_ahead_are_on_no_belt(share):
     """A woman on a lawn, whose legs BlazePose lifted too short, walked on a treadmill at 0.37 m/s."""

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from golden.levelled import Filmed, Z, headed, heading_deg, noise_about, seen_of, smoothed
 from golden.ups import stated_deg
-from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity.evidence import TakeUp, direction
 from pcnet3d.models.gravity.levelling import HEADING_S, level, level_moving, level_static, upright, why_not
 from pcnet3d.models.gravity.people import level_people
@@ -133,20 +132,6 @@ def test_a_rectifier_without_an_expected_error_gives_none(seen):
     levelled = level_static(seen.seen(error_deg=np.full(len(seen.R), np.nan)))
     assert np.isnan(levelled.error_deg).all()
     assert np.isfinite(levelled.up_error_deg).all()
-
-
-@pytest.mark.parametrize("at", [0.3, 0.5, 0.8])
-@pytest.mark.parametrize("rectifier", ["truth", "pcnet"])
-def test_a_cut_is_reported_with_its_row_and_angle(seen, at, rectifier):
-    other = Filmed(yaw=30, pitch=-10, roll=0)
-    row = round(at * len(seen.time_s))
-    joints = np.concatenate([seen.joints[:row], other.joints[row:]])
-    R, error_deg = np.concatenate([seen.R[:row], other.R[row:]]), seen.error_deg
-    if rectifier != "truth":
-        R, error_deg = load_rectifier(rectifier).rotation(joints)
-    levelled = level_static(seen.seen(noise_about(R, 3), error_deg, joints))
-    assert abs(levelled.drift_at - row) <= 3
-    assert levelled.drift_deg == pytest.approx(angle_deg(seen.up[0], other.up[0]), abs=4)
 
 
 @pytest.mark.parametrize("rectifier", ["pcnet", "geometric"])

@@ -132,15 +132,6 @@ def test_a_wrong_focal_length_stretches_the_depth_as_stated(body, points):
     assert (np.abs(path.root - points[:, 0])[:, 2] < 2 * np.sqrt(path.covariance[:, 2, 2])).all()
 
 
-def test_a_lens_is_undone(body, points):
-    lens = Intrinsics((FOCAL, FOCAL), (700.0, 340.0), image_size=SIZE)
-    pixels = FOCAL * points[..., :2] / points[..., 2:] + [700, 340]
-    path = pelvis_path(
-        body, seen(body, points).with_(joints=pixels), Camera(SIZE, FOCAL, 0.0, "told", intrinsics=lens)
-    )
-    assert off(path, points).max() < 0.01
-
-
 def test_a_wide_lens_hides_nobody_at_the_border_of_its_image(body, points):
     """Without its distortion a point near the border lies far outside a picture of the same size."""
     lens = Intrinsics((FOCAL, FOCAL), (640.0, 360.0), (-0.27, 0.04, 0.0, 0.0), image_size=SIZE)
