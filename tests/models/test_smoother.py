@@ -270,17 +270,6 @@ def test_short_takes(rows):
             assert np.abs(motion.values[0] - path).max() < 0.02
 
 
-def test_a_missing_joint_and_an_unstated_row():
-    time_s = times(3)
-    path = np.repeat(wave(time_s, 0.5)[0], 2, axis=1)
-    path[:, 1] = np.nan
-    covariance = same(time_s, 0.02, 2).copy()
-    covariance[40], covariance[:, 1] = np.nan, np.nan
-    motion = known_noise(path, time_s, covariance)
-    assert np.isfinite(motion.values[:, :, 0]).all()
-    assert np.isnan(motion.values[:, :, 1]).all()
-
-
 def test_a_long_take_is_solved_in_parts_that_nobody_sees(monkeypatch):
     time_s = times(30)
     rng = np.random.default_rng(7)

@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import joint_error
 from pcnet3d.models.lab.common.metrics import scaled
-from pcnet3d.models.lifter.clock import averaged, clock_of
+from pcnet3d.models.lifter.clock import clock_of
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
 from pcnet3d.pipeline.core.rotations import is_finite
@@ -133,15 +133,6 @@ def test_the_clock_is_one_that_the_network_knows(rate, finer, phases):
     clock = clock_of(rate)
     assert (clock.finer, clock.phases) == (finer, phases)
     assert all(20 <= rate * clock.finer / each <= 60 for each in clock.phases)
-
-
-@pytest.mark.parametrize("phases", [2, 3, 4])
-def test_the_mean_over_phases_keeps_lines_and_takes_out_what_differs_between_phases(phases):
-    line = np.linspace(0, 1, 40)[:, None]
-    inside = slice(phases, -phases)
-    np.testing.assert_allclose(averaged(line, phases)[inside], line[inside], atol=1e-12)
-    offset = np.arange(40.0)[:, None] % phases
-    np.testing.assert_allclose(averaged(offset, phases)[inside], (phases - 1) / 2, atol=1e-12)
 
 
 @pytest.mark.parametrize("fps", [10, 40])
