@@ -36,9 +36,19 @@ def open_take(options: RunOptions) -> Take:
     files = _read(options)
     if files.poses is None and files.keypoints is None:
         return _video_alone(files)
-    poses = _poses(files)
-    keypoints = _keypoints(files, poses)
-    _check_person(options.person, poses, keypoints)
+    poses = keypoints = None
+    if files.poses is not None:
+        person = options.person if len(files.poses.people) > 1 else None
+        chosen = choose_person(files.poses.people, person, str(files.poses.path))
+        poses = files.poses.normalised(chosen, guards=options.guards)
+    if files.keypoints is not None:
+        keypoints = files.keypoints.normalised(_track(files, files.keypoints, poses))
+    names = [rows.person for rows in (poses, keypoints) if rows is not None]
+    if options.person not in (None, *RANKS, *names):
+        raise InputError(
+            "name-unknown",
+            f"There is no person '{options.person}' in these files, only {' and '.join(names)}.",
+        )
     return _joined(files, poses, keypoints)
 
 
@@ -215,31 +225,6 @@ def _video_alone(files: Files) -> Take:
         session=options.session,
         told=options.told,
     )
-
-
-def _check_person(person: str | None, *chosen: PoseSequence | None) -> None:
-    """InputError when the person that was asked for is neither of those that were chosen."""
-    names = [poses.person for poses in chosen if poses is not None]
-    if person not in (None, *RANKS, *names):
-        raise InputError(
-            "name-unknown", f"There is no person '{person}' in these files, only {' and '.join(names)}."
-        )
-
-
-def _poses(files: Files) -> PoseSequence | None:
-    """The person's 3D poses, when there is a file of them."""
-    file, options = files.poses, files.options
-    if file is None:
-        return None
-    person = options.person if len(file.people) > 1 else None
-    chosen = choose_person(file.people, person, str(file.path))
-    return file.normalised(chosen, guards=options.guards)
-
-
-def _keypoints(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
-    """The person's 2D keypoints, when there is a file of them."""
-    file = files.keypoints
-    return None if file is None else file.normalised(_track(files, file, poses))
 
 
 def _track(files: Files, file: Source, poses: PoseSequence | None) -> PoseSequence:
