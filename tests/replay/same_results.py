@@ -64,8 +64,7 @@ _TOLERANCE = 1e-6
 _CARRIED_OUT = (0, 3, 4)  # exit codes; 3 and 4 are inspect's verdicts
 _EXIT_CODE = "exit code"
 _SAID = "said"  # the folder with a file for each command: its exit code and what it printed
-# What names a row of a table of measures, and an object in a list.
-_ROW_NAMES = ("measure", "side", "item", "label", "before", "after")
+# What names an object in a list.
 _ITEM_NAMES = ("code", "name", "role", "measure", "figure", "joint", "file")
 
 # Name of the command, which is the folder of its results: words after `pcnet3d`. Those in capitals stand for others in
@@ -466,39 +465,16 @@ def _leaves(path: Path) -> Leaves:
             }
     if path.suffix == ".csv":
         header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
-        return _of_table({name: [_cell(row[n]) for row in rows] for n, name in enumerate(header)})
+        return dict(_within({name: [_cell(row[n]) for row in rows] for n, name in enumerate(header)}))
     if path.suffix == ".parquet":
         table = parquet.read_table(path)
-        return _of_table({name: table[name].to_pylist() for name in table.column_names})
+        return dict(_within({name: table[name].to_pylist() for name in table.column_names}))
     if path.suffix == ".json":
         return dict(_within(json.loads(path.read_text(encoding="utf-8"))))
     if path.suffix in (".trc", ".mot", ".bvh"):
         cells = path.read_text(encoding="utf-8").split()
         return dict(_within({"content": [_cell(cell) for cell in cells]}))
     return {"content": np.frombuffer(path.read_bytes(), np.uint8).astype(float)}
-
-
-def _of_table(columns: dict[str, list[Any]]) -> Leaves:
-    """Leaves of each column; of each cell, named by the cells of _ROW_NAMES, where each row is a measure of its own, so
-    that a row that goes makes no other one differ."""
-    if "measure" not in columns:
-        return dict(_within(columns))
-    names = [column for column in _ROW_NAMES if column in columns]
-    rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
-    named = _numbered(_row_name([row[name] for name in names]) for row in rows)
-    leaves = {"columns": np.array(list(columns))}
-    for name, row in zip(named, rows, strict=True):
-        rest = {column: cell for column, cell in row.items() if column not in names and cell is not None}
-        leaves |= {f"{name}.{column}": values for column, values in _within(rest)}
-    return leaves
-
-
-def _row_name(cells: list[Any]) -> str:
-    """measure[side item], without those that are empty."""
-    measure, *rest = (
-        f"{cell:g}" if isinstance(cell, float) else str(cell) for cell in cells if cell is not None
-    )
-    return f"{measure}[{' '.join(rest)}]" if rest else measure
 
 
 def _numbered(names: Iterable[str]) -> list[str]:
