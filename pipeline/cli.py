@@ -1,4 +1,4 @@
-"""The command line: the commands of this package, and every command that a package registers."""
+"""The command line: every command that a package registers, this one or another."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import os
 import signal
 import sys
 import traceback
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -24,22 +23,9 @@ from .core.system import limit_opencv
 from .plugins import registry
 from .plugins.options import did_you_mean
 
-_OWN = {
-    "run": "pcnet3d.pipeline.running.command:run",
-    "inspect": "pcnet3d.pipeline.cli:inspect",
-    "view": "pcnet3d.pipeline.cli:view",
-    "list": "pcnet3d.pipeline.cli:list_",
-    "lab": "pcnet3d.pipeline.cli:lab",
-}
 _LAB = "lab"  # the commands of the laboratory stand behind this word
 _HELP = {"help_option_names": ["-h", "--help"]}
 _DETAILS: dict[str, Detail] = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
-
-
-def _points(group: str = "commands") -> dict[str, EntryPoint]:
-    built_in = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
-    registered = registry.registered(group)
-    return {**built_in, **registered, **built_in} if group == "commands" else registered
 
 
 class _Command(TyperCommand):
@@ -67,7 +53,7 @@ class _Commands(TyperGroup):
     group = "commands"
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return sorted(_points(self.group), key=lambda name: name == _LAB)
+        return sorted(registry.registered(self.group), key=lambda name: name == _LAB)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """For the help page, on which a broken one says so."""
@@ -77,7 +63,7 @@ class _Commands(TyperGroup):
             return TyperCommand(cmd_name, help=str(error))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        name, names = args[0], _points(self.group)
+        name, names = args[0], registry.registered(self.group)
         if name not in names and not name.startswith("-"):
             raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, names)}")
         return name, load_command(name, self.group), args[1:]
@@ -89,7 +75,7 @@ class _LabCommands(_Commands):
 
 def load_command(name: str, group: str = "commands") -> Any:
     """The command itself; InputError when its package is broken."""
-    command = _points()[name].load() if name in _OWN else registry.load(group, name)
+    command = registry.load(group, name)
     if isinstance(command, typer.Typer):
         several = get_group(command)
         several.name = name

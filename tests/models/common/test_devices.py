@@ -12,9 +12,10 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
 from pcnet3d.models.lifter.builtin import SHIPPED
-from pcnet3d.pipeline.cli import _points, load_command
+from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.device import KINDS, computing_on, listed, placement
 from pcnet3d.pipeline.core.errors import InputError
+from pcnet3d.pipeline.plugins.registry import registered
 from pcnet3d.pipeline.reading.settings import OnDevice, RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
@@ -181,7 +182,7 @@ WITHOUT = {"compare", "data", "inspect", "view", "list", "lab", "mocap", "mmfi",
 
 @pytest.mark.parametrize(
     ("group", "name"),
-    sorted((group, name) for group in ("commands", "lab") for name in _points(group).keys() - WITHOUT),
+    sorted((group, name) for group in ("commands", "lab") for name in registered(group).keys() - WITHOUT),
 )
 def test_every_command_that_opens_networks_takes_the_same_option(group, name):
     command = load_command(name, group)

@@ -268,8 +268,9 @@ def test_a_run_with_every_writer_leaves_no_file_open(windows_files, tmp_path):
 
 EVERY_WORD = """
 import sys
-from pcnet3d.pipeline.cli import _points, main
-names = [[], *([name] for name in _points()), *(["lab", name] for name in _points("lab"))]
+from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.plugins.registry import registered
+names = [[], *([name] for name in registered("commands")), *(["lab", name] for name in registered("lab"))]
 helps = ([*words, "--help"] for words in names)
 for words in (*helps, ["list", "devices"], ["-v", "demo", "-o", "out"]):
     sys.argv = ["pcnet3d", *words]
