@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from golden.recordings import Recording
+
 GEOMETRIC = ["rectify.rectifier=geometric"]
 
 
 def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
     """Frame numbers and values of an entity, in order."""
-    from rerun.chunk import RrdReader
-
     frames, values = [], []
-    for chunk in RrdReader(path).stream().to_chunks():
-        batch = chunk.to_record_batch()
-        if chunk.entity_path == f"/{entity}" and not chunk.is_static and component in batch.schema.names:
-            frames += batch.column("frame").to_pylist()
-            values += batch.column(component).to_pylist()
+    for batch in Recording(path).batches(entity, component, static=False):
+        frames += batch.column("frame").to_pylist()
+        values += batch.column(component).to_pylist()
     order = np.argsort(frames)
     return np.array(frames)[order], [values[i] for i in order]
 

@@ -13,7 +13,9 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.layouts import COCO17, HALPE26
 
 FRAMES, FPS, STEP = 60, 30, 4  # STEP: grey levels from image to image in the upper left corner
-WIDTH, HEIGHT, PADDED = 640, 360, 400  # PADDED: what the network sees, whose sides go in steps
+WIDTH, HEIGHT = 640, 360
+# Squares that MoveNet looks at: left, top and side of that around the image, and of that around who is in its middle.
+WHOLE, PERSON = (0, -140, 640), (164, 24, 312)
 
 
 def joints_px() -> np.ndarray:
@@ -22,11 +24,22 @@ def joints_px() -> np.ndarray:
     return side_camera(walk).project(halpe26(walk))[:, HALPE26.indices(COCO17.joints)].astype(np.float32)
 
 
+def in_the_middle() -> np.ndarray:
+    """(60, 17, 2) the same of somebody who stays in the middle of the video and is so large in each image that the
+    published crop of MoveNet, 1.9 times the torso's reach or 1.2 times the body's, is always PERSON."""
+    joints = joints_px()
+    off = joints - joints[:, COCO17.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
+    torso = np.abs(off[:, COCO17.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))])
+    reach = np.maximum(1.9 * torso.max(axis=(1, 2)), 1.2 * np.abs(off).max(axis=(1, 2)))
+    return (off * (PERSON[2] / 2 / reach)[:, None, None] + np.array([WIDTH, HEIGHT]) / 2).astype(np.float32)
+
+
 def numbered_film(path: Path, codec: str = "libx264", **options: str) -> Path:
-    """60 images of a floor, whose upper left corner tells their number by its brightness; H.264 without B-frames unless
-    the options of the codec say otherwise. MPEG-TS can be read from a pipe."""
+    """60 images of a floor, whose upper left corner tells their number by its brightness, and a patch beside the person
+    too; H.264 without B-frames unless the options of the codec say otherwise. MPEG-TS can be read from a pipe."""
     import av
 
+    left, top, _ = PERSON
     rows, columns = np.indices((HEIGHT, WIDTH))
     floor = (120 + 60 * np.sin(columns / 40) * np.sin(rows / 30)).astype(np.uint8)
     with av.open(str(path), "w") as container:
@@ -35,45 +48,61 @@ def numbered_film(path: Path, codec: str = "libx264", **options: str) -> Path:
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         for number in range(FRAMES):
             image = np.repeat(floor[..., None], 3, axis=-1)
-            image[:48, :48] = 8 + STEP * number
+            image[:48, :48] = image[top : top + 40, left : left + 40] = 8 + STEP * number
+            image[top : top + 40, left + 40 : left + 80] = 235
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image, "rgb24")))
         container.mux(stream.encode())
     return path
 
 
-def toy_detector(path: Path, joints: np.ndarray | None = None, score: float = 0.9) -> Path:
-    """MoveNet's multi-person inputs and outputs; looks the answer up by the corner's brightness.
-
-    joints: (60, 17, 2) those that it finds, in pixels of the video, or (60, P, 17, 2) those of up to six people;
-    without them `joints_px`. score: of each of them.
-    """
+def toy_detector(path: Path, score: float = 0.9) -> Path:
+    """MoveNet's inputs and outputs; finds the joints of `in_the_middle`, with that score, by the brightness of the
+    patch in the crop that it looks at: that of all of the image, which is black above, or that of the person, which has
+    a white patch; nobody in others."""
     onnx = pytest.importorskip("onnx")
     from golden.networks import save_graph
 
     helper, kinds = onnx.helper, onnx.TensorProto
-    people = (joints_px() if joints is None else joints).reshape(FRAMES, -1, 17, 2)
-    count = people.shape[1]
-    answers = np.zeros((FRAMES, 1, 6, 56), np.float32)
-    scores = np.full((FRAMES, count, 17, 1), score)
-    of_image = np.concatenate([people[..., ::-1] / (PADDED, WIDTH), scores], axis=-1)
-    answers[:, 0, :count, :51] = of_image.reshape(FRAMES, count, 51)
-    answers[:, 0, :count, 55] = score
+    answers = np.full(
+        (3, FRAMES, 1, 1, 17, 3), -5.0, np.float32
+    )  # in other crops, of the person, of all of the image
+    answers[..., 2] = 0
+    for rows, (left, top, side) in zip(answers[1:], (PERSON, WHOLE), strict=True):
+        rows[:, 0, 0, :, :2] = ((in_the_middle() - [left, top]) / side)[..., ::-1]
+        rows[..., 2] = score
     constants = {
-        "answers": answers,
-        "first": np.array([0, 4, 4, 0]),
-        "last": np.array([1, 14, 14, 3]),
-        "black": np.array(8, np.float32),
-        "step": np.array(STEP, np.float32),
-    }
-    nodes = [
-        helper.make_node("Cast", ["image"], ["pixels"], to=kinds.FLOAT),
-        helper.make_node("Slice", ["pixels", "first", "last"], ["corner"]),
-        helper.make_node("ReduceMean", ["corner"], ["grey"], keepdims=0),
-        helper.make_node("Sub", ["grey", "black"], ["above"]),
-        helper.make_node("Div", ["above", "step"], ["number"]),
+        "answers": answers.reshape(-1, 1, 1, 17, 3),
+        "dark": np.float32(20), "white": np.float32(215), "black": np.float32(8), "step": np.float32(STEP),
+        "frames": np.array(FRAMES), "two": np.array(2),
+    }  # fmt: skip
+    nodes = [helper.make_node("Cast", ["image"], ["pixels"], to=kinds.FLOAT)]
+    # Rows and columns of the input, whose side is 192.
+    for name, (top, bottom, left, right) in {
+        "above": (0, 30, 60, 130), "beside": (4, 18, 30, 44), "own": (4, 18, 4, 18), "whole": (45, 53, 3, 11),
+    }.items():  # fmt: skip
+        constants |= {
+            f"{name}_from": np.array([0, top, left, 0]),
+            f"{name}_to": np.array([1, bottom, right, 3]),
+        }
+        nodes += [
+            helper.make_node("Slice", ["pixels", f"{name}_from", f"{name}_to"], [f"{name}_part"]),
+            helper.make_node("ReduceMean", [f"{name}_part"], [f"{name}_grey"], keepdims=0),
+        ]
+    nodes += [
+        helper.make_node("Less", ["above_grey", "dark"], ["is_whole"]),
+        helper.make_node("Greater", ["beside_grey", "white"], ["is_person"]),
+        helper.make_node("Where", ["is_whole", "whole_grey", "own_grey"], ["grey"]),
+        helper.make_node("Sub", ["grey", "black"], ["lighter"]),
+        helper.make_node("Div", ["lighter", "step"], ["number"]),
         helper.make_node("Round", ["number"], ["rounded"]),
-        helper.make_node("Cast", ["rounded"], ["row"], to=kinds.INT64),
-        helper.make_node("Gather", ["answers", "row"], ["people"], axis=0),
+        helper.make_node("Cast", ["rounded"], ["frame"], to=kinds.INT64),
+        helper.make_node("Cast", ["is_whole"], ["whole_once"], to=kinds.INT64),
+        helper.make_node("Mul", ["whole_once", "two"], ["whole_twice"]),
+        helper.make_node("Cast", ["is_person"], ["person_once"], to=kinds.INT64),
+        helper.make_node("Max", ["whole_twice", "person_once"], ["crop"]),
+        helper.make_node("Mul", ["crop", "frames"], ["first"]),
+        helper.make_node("Add", ["first", "frame"], ["row"]),
+        helper.make_node("Gather", ["answers", "row"], ["person"], axis=0),
     ]
-    inputs = {"image": (kinds.UINT8, [1, None, None, 3])}
-    return save_graph(path, nodes, inputs, {"people": [1, 6, 56]}, constants)
+    inputs = {"image": (kinds.UINT8, [1, 192, 192, 3])}
+    return save_graph(path, nodes, inputs, {"person": [1, 1, 17, 3]}, constants)
