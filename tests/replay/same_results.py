@@ -78,8 +78,7 @@ video/walk_poses: run DATA/video/walk_crop.mp4 --poses INPUTS/walk_crop.npy BLAZ
 video/roof: run DATA/video/sports2d_demo.mp4 MOVENET --time-range :4
 video/followed: run INPUTS/followed.mp4 MOVENET
 video/followed_said: run INPUTS/followed.mp4 MOVENET --camera moving
-video/two_people: run INPUTS/two_people.mp4 --detector INPUTS/two_people.onnx
-video/two_people_each: run INPUTS/two_people.mp4 --keypoints video/two_people/keypoints.npz EVERYONE
+video/two_people: run INPUTS/two_people.mp4 --keypoints INPUTS/two_people.json EVERYONE
 video/lens: run DATA/real/pose2sim/cam01.mp4 MOVENET --set calibrate.camera_file=INPUTS/cam01_lens.json
 video/photographed: run DATA/real/pose2sim_static/cam01.mp4 MOVENET --set read.pitch=18 --set read.roll=13
 
@@ -307,11 +306,11 @@ def _write_coco(path: Path, points: np.ndarray) -> None:
 
 
 def _write_films(data: Path, inputs: Path) -> None:
-    """A film of a camera that follows a woman, cut out of one that stands still; and one of two people, with a network
-    that knows where they are."""
+    """A film of a camera that follows a woman, cut out of one that stands still; and one of two people, with their
+    keypoints."""
     import av
 
-    from golden import films, numbered
+    from golden import detections, films, numbered
 
     with av.open(str(data / "video/sports2d_demo.mp4")) as container:
         images = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)][62:160]
@@ -320,8 +319,9 @@ def _write_films(data: Path, inputs: Path) -> None:
     films.film_of(inputs / "followed.mp4", views, np.arange(len(views)) * 1000 / 30, crf=18)
     numbered.numbered_film(inputs / "two_people.mp4")
     walker = numbered.joints_px()
-    people = np.stack([0.7 * walker + [-20, 90], 0.7 * walker[::-1] + [220, 70]], axis=1)
-    numbered.toy_detector(inputs / "two_people.onnx", people)
+    people = (0.7 * walker + [-20, 90], 0.7 * walker[::-1] + [220, 70])
+    scene = {str(n): (np.arange(len(walker)), detections.scored(person)) for n, person in enumerate(people)}
+    detections.coco_results(inputs, scene).rename(inputs / "two_people.json")
 
 
 def _write_golden(inputs: Path) -> dict[str, str]:
