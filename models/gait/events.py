@@ -1,5 +1,5 @@
-"""Stances, steps, strides and walks: when feet land and leave, out of how likely each is on the floor, and which
-landings follow each other as steps of one walk.
+"""Stances, steps, strides and walks: initial contacts and toe-offs, from the probability of each foot to be on the
+floor, and which contacts follow each other as steps of one walk.
 
 Initial contact and toe-off bound the stance of a foot, and toe-off and the next initial contact its swing (Perry &
 Burnfield, Gait Analysis, 2nd ed. 2010, chapter 1). A step is from the initial contact of one foot to that of the other,
@@ -23,7 +23,7 @@ ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (v
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
 _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 FEWEST = 3  # steps of a walk
-_FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
+_FEWEST_FLYING = 2  # steps of a run: in standing, turning and sitting down nobody leaps from foot to foot
 _TURNS_DEG = 30.0  # in one step
 _NEAREST = 5  # landings that tell how the pelvis swings there; two that see a turn are outvoted
 # Times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step.
@@ -135,9 +135,8 @@ def walks(
     seams: Sequence[int] = (),
     facing_deg: np.ndarray | None = None,
 ) -> list[list[Step]]:
-    """Each of at least three steps in order, of a run two: feet that land in turn, 0.2 to 1.5 s after one another, each
-    time on the other side of the other foot. Standing, turning and the steps to a stop and from it are no part of a
-    walk.
+    """Walks of at least three steps in order, runs of two: the feet land in turn, 0.2 to 1.5 s after one another, and
+    each passes the other. Standing, turning and the steps to a stop and from it are no part of a walk.
 
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
@@ -180,7 +179,7 @@ def walks(
 
 
 def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:
-    """Whether every foot that lands finds the other off the floor."""
+    """Whether at each initial contact the other foot is off the floor."""
     if not walk:
         return False
     return not any(
@@ -199,12 +198,11 @@ def _between_stops(
     walk: list[Step], feet: Mapping[str, Sequence[Stance]], ends_s: Sequence[float]
 ) -> list[list[Step]]:
     """A walk in parts, without the steps to and from a foot that stays for more than a stride: there the person stops.
-    ends_s: when each piece ends in which the feet are seen, until which a foot stays at most that is never seen to
-    leave.
+    ends_s: the end of each piece in which the feet are visible; a foot whose toe-off is not seen stays until then.
 
-    The stride is the last before the foot lands or the first after the other has landed, whichever is longer. Who stops
-    on both feet keeps the one behind there as long: the person stops where most of a foot's stay passes before the
-    other lands.
+    The stride is the last before the foot lands or the first after the other has landed, whichever is longer. A person
+    who stops on both feet leaves the one behind on the floor as long: the stop is where most of a foot's stay passes
+    before the other lands.
     """
     if len(walk) < 2:
         return [walk]

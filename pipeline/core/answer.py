@@ -1,4 +1,4 @@
-"""What a take comes to, in at most 40 words and six figures: the first lines of a page and of the terminal."""
+"""A take in at most 40 words and six figures: the first lines of a page and of the terminal."""
 
 from __future__ import annotations
 
@@ -244,7 +244,7 @@ def joint_ranges(ranges: Measures) -> list[JointRange]:
 
 
 def _range(ranges: Measures, name: str) -> JointRange:
-    """Without ends where none is to be believed."""
+    """Without ends if neither side's can be trusted."""
     angles = {"": name} if name in ranges.groups else {side: f"{side[0]}_{name}" for side in _SIDES}
     ends, bars, times = {}, [], 0.0
     for side, angle in angles.items():

@@ -46,7 +46,7 @@ Check = tuple[str, Level, list[str]]
 
 
 def trust(take: Take, facts: Facts) -> Markup:
-    """The gauge: as low as the lowest of what it rests on."""
+    """How far to trust the take: as far as its worst check allows."""
     checks = _poses(take)
     if take.verdict != "unusable":  # what else is known of such poses was never compared with a truth
         checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
@@ -110,7 +110,7 @@ def _whole(poses: PoseSequence) -> np.ndarray:
 
 
 def _undoubted(poses: PoseSequence) -> str:
-    """What poses without doubts are, in a sentence, as far as they show it."""
+    """A sentence about poses of which no check has doubts."""
     if _whole(poses).sum() < 2:
         return "No fault was found."
     return f"The body has steady bones{' and moves as people do' * moves(poses)}."

@@ -81,7 +81,7 @@ def compare(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Compare runs with each other or with motion capture: all differences with their errors, and angles.
+    """Compare runs with each other or with motion capture: differences with their errors, and angles over time.
 
     Or one run with inertial sensors: lag, correlation and error of the accelerations."""
     of_truth = {"--truth": truth, "--up": up, "--unit": unit}
