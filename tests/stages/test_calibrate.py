@@ -11,10 +11,9 @@ from golden.detections import detected, scored
 from golden.films import film_of
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
-from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
+from pcnet3d.pipeline import H36M17, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
-from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.files.digest import sha256
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -142,30 +141,6 @@ def test_a_calibrated_camera_has_the_files_focal_length_and_no_distortion_left(v
     assert take.camera.intrinsics.name == "cam01"
     with refused("option-conflict"):
         Calibrate(camera_file=calibration)(Take("street", video=video, told=Told(focal_px=1000.0)))
-
-
-def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
-    joints = np.random.default_rng(0).uniform(0.2, 0.8, (30, 17, 2)) * [video.width, video.height]
-    keypoints = PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(30) / 30, frame_index=np.arange(30))
-    take = Take("street", video=video, keypoints=keypoints)
-    take = Calibrate(camera_file=calibration)(take)
-    seen = []
-
-    class Lifter:
-        method, unit, takes = "none", "", ()
-
-        def lift(self, asked):
-            seen.append((asked.keypoints, asked.focal_px))
-            raise InputError("bad-value", "enough")
-
-    stage = Lift()
-    object.__setattr__(stage, "_opened", Lifter())
-    with pytest.raises(InputError, match="enough"):
-        stage(take)
-    ((given, focal_px),) = seen
-    np.testing.assert_allclose(given.joints, undistorted(joints, take.camera.intrinsics), atol=1e-3)
-    assert np.abs(given.joints - joints).max() > 2
-    assert focal_px == take.camera.focal_px
 
 
 def test_a_guessed_focal_length_is_not_called_known(tmp_path):

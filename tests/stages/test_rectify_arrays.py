@@ -121,13 +121,6 @@ def test_joints_of_another_layout(joints, layout):
         )
 
 
-def test_missing_frames_stay_missing(joints):
-    joints[5], joints[9, 3] = np.nan, np.nan
-    rectified = rectify(joints, "geometric")
-    assert np.isnan(rectified.level.joints[5]).all()
-    assert np.flatnonzero(~rectified.turned).tolist() == [5]
-
-
 def _frozen(joints):
     joints[20:80] = joints[20]
     return joints

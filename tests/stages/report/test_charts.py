@@ -63,19 +63,6 @@ def line(drawn: str) -> np.ndarray:
     return np.array(re.findall(r"[ML]([-\d.]+) ([-\d.]+)", path), dtype=float)
 
 
-def test_a_gap_breaks_the_line():
-    """The line of a chart begins anew (M) behind every gap."""
-
-    def pieces(values):
-        drawn = over_time([Curve("a", values)], np.arange(float(len(values))), "a over time")
-        return re.findall(r'class="line" d="([^"]*)"', drawn)[0].count("M")
-
-    wave = np.sin(np.arange(100.0))
-    assert pieces(wave) == 1
-    wave[40:50] = np.nan
-    assert pieces(wave) == 2
-
-
 @pytest.mark.parametrize(("rows", "pause_s"), [(100, 3.0), (5000, 3.0), (5000, 60.0), (20000, 600.0)])
 def test_a_pause_of_the_recording_breaks_curve_and_band(rows, pause_s):
     """A straight line went across what the time stamps leave out; of long takes a slice did."""
