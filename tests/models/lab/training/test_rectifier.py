@@ -282,6 +282,16 @@ def test_without_onnx_the_trained_network_waits_for_it(run, tmp_path, monkeypatc
     assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more
 
 
+def test_bf16_is_for_training_and_not_for_judging(monkeypatch):
+    used, autocast = [], torch.autocast
+    monkeypatch.setattr(torch, "autocast", lambda *of: (used.append(of), autocast(*of))[1])
+    net = PCNet(EVERY[0], bf16=True)
+    net.eval()(torch.randn(4, 17, 3), torch.ones(4, 17))
+    assert not used
+    net.train()(torch.randn(4, 17, 3), torch.ones(4, 17))
+    assert len(used) == 1
+
+
 def test_the_score_is_of_lifted_frames_a_tenth_of_people_who_lie_and_the_error_calibrated(
     clips, tmp_path, standing
 ):
