@@ -9,7 +9,7 @@ a stride from one foot's to its next (Hollman, McDade & Petersen, Gait & Posture
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -33,12 +33,11 @@ _SIDEWAYS = 2.0
 @dataclass(frozen=True)
 class Stance:
     """One foot on the floor. side: "r" or "l". start_s: initial contact, stop_s: toe-off; NaN where a gap or an end of
-    the take hides it. seen_s: from when to when the foot is seen without a gap."""
+    the take hides it."""
 
     side: str
     start_s: float
     stop_s: float
-    seen_s: tuple[float, float] = field(default=(-np.inf, np.inf), kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -86,10 +85,8 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
             del turns[shortest : shortest + 2]
         edges = [*([] if lands else [np.nan]), *turns]
         edges += [np.nan] if len(edges) % 2 else []
-        seen_s = float(t[0]), float(t[-1])
         stances_of_side += [
-            Stance(side, float(a), float(b), seen_s=seen_s)
-            for a, b in zip(edges[::2], edges[1::2], strict=True)
+            Stance(side, float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)
         ]
     return stances_of_side
 

@@ -153,23 +153,16 @@ def _swings(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[tup
 
 
 def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:
-    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg, by the stated
-    standard deviations in the columns (T,). unjudged: as of separation_sd."""
-    return max(LEAST_STEP, NOISE * separation_sd(columns, unjudged))
-
-
-def separation_sd(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:
-    """Median standard deviation of the separation, in lengths of a leg, by those that the columns (T,) state for thighs
-    and shanks in degrees. Both bones are half of a leg, and the four errors are taken for independent. Where none is
-    stated it is 0, or, for a lifter whose errors were not measured (unjudged), that of the built-in lifter's angles."""
+    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg: beyond its
+    median standard deviation by those that the columns (T,) state for thighs and shanks in degrees. Both bones are half
+    of a leg, and the four errors are taken for independent. Where none is stated it is 0, or, for a lifter whose errors
+    were not measured (unjudged), that of the built-in lifter's angles."""
     usual = _USUAL if unjudged else 0.0
     parts = [
         0.5 * np.cos(np.radians(columns[f"{name}_deg"])) * np.radians(columns[f"{name}_sd_deg"])
         for name in (f"{side}_{bone}_sagittal" for side in "rl" for bone in ("thigh", "shank"))
         if f"{name}_deg" in columns and f"{name}_sd_deg" in columns
     ]
-    if len(parts) < 4:
-        return usual
-    sd = np.sqrt(np.sum(np.square(parts), axis=0))
+    sd = np.sqrt(np.sum(np.square(parts), axis=0)) if len(parts) == 4 else np.zeros(0)
     stated = sd[np.isfinite(sd)]
-    return float(np.median(stated)) if len(stated) else usual
+    return max(LEAST_STEP, NOISE * (float(np.median(stated)) if len(stated) else usual))

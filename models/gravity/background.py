@@ -42,11 +42,6 @@ class Shift:
     spread: float
     zoom: float
 
-    @property
-    def length(self) -> float:
-        """Longer sides of the image."""
-        return float(np.hypot(self.right, self.down))
-
 
 def shift(first: np.ndarray, second: np.ndarray, boxes: Sequence[np.ndarray]) -> Shift | None:
     """From one image (H, W, 3) uint8 RGB to another of the same size. boxes: of the people in both, each (N, 4) left,

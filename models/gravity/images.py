@@ -35,10 +35,9 @@ class ImageUp:
     """What an image, or several of one camera that stood still, say.
 
     up: (3,) unit, CAMERA axes (x right, y down, z away), against gravity: (0, -1, 0) for an upright camera.
-    covariance: (2, 2) square radians on the plane across up, along `tangent(up)`: pitch, roll. focal_px and
-    focal_sd_px: in pixels of the whole image. gain: evidence over chance, in nats. failure: how often an answer of this
-    gain is quite wrong. segments, runs_along: the lines looked at, and along what each runs (lines.directions). size:
-    width and height in pixels.
+    covariance: (3, 3) of up, square radians, across it. focal_px and focal_sd_px: in pixels of the whole image. gain:
+    evidence over chance, in nats. failure: how often an answer of this gain is quite wrong. segments, runs_along: the
+    lines looked at, and along what each runs (lines.directions).
     """
 
     up: np.ndarray
@@ -49,19 +48,11 @@ class ImageUp:
     failure: float
     segments: Segments
     runs_along: np.ndarray
-    heading: float
-    size: tuple[int, int]
 
     @property
     def error_deg(self) -> float:
         """Expected root mean square angle between up and the truth."""
         return float(np.degrees(np.sqrt(np.trace(self.covariance))))
-
-    @property
-    def in_camera(self) -> np.ndarray:
-        """(3, 3) the covariance in CAMERA axes."""
-        plane = tangent(self.up)
-        return plane @ self.covariance @ plane.T
 
 
 @dataclass(frozen=True)
@@ -114,15 +105,13 @@ def up_from_images(
     assert best.covariance is not None
     return ImageUp(
         up=best.up,
-        covariance=covariance,
+        covariance=tangent(best.up) @ covariance @ tangent(best.up).T,
         focal_px=best.focal * side,
         focal_sd_px=float(_FOCAL_SHARE * best.focal * side * np.sqrt(best.covariance[2, 2])),
         gain=best.gain,
         failure=failure,
         segments=segments,
         runs_along=directions(segments, best),
-        heading=best.heading,
-        size=(width, height),
     )
 
 

@@ -52,15 +52,14 @@ class Segments:
     """Segments of one or more images of a size. Lengths are in longer sides of the image, from its middle.
 
     ends: (N, 2, 2) both ends. middle: (N, 2). direction: (N, 2) unit, of either sign. sd: (N,) radians, the noise of
-    the direction. weight: (N,) how many segments of usual length each counts for, over the images. size: (2,) width
-    and height in longer sides."""
+    the direction. weight: (N,) how many segments of usual length each counts for, over the images. first: how many
+    are of the first image."""
 
     ends: np.ndarray
     middle: np.ndarray
     direction: np.ndarray
     sd: np.ndarray
     weight: np.ndarray
-    size: np.ndarray
     first: int
 
     def __len__(self) -> int:
@@ -72,9 +71,7 @@ class Segments:
             return self
         rows = np.argsort(-np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=-1))[:most]
         weight = self.weight[rows] * (self.weight.sum() / self.weight[rows].sum())
-        return Segments(
-            self.ends[rows], self.middle[rows], self.direction[rows], self.sd[rows], weight, self.size, 0
-        )
+        return Segments(self.ends[rows], self.middle[rows], self.direction[rows], self.sd[rows], weight, 0)
 
 
 def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None = None) -> Segments:
@@ -106,7 +103,6 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
         direction=along / length[:, None],
         sd=np.hypot(np.radians(_ANGLE_DEG), ends_rad),
         weight=np.clip(length / _USUAL, *_WEIGHTS) / len(images),
-        size=np.array([width, height]) / side,
         first=len(by_image[0]),
     )
 

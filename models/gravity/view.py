@@ -208,7 +208,7 @@ def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, before: Camera) -
     look = Look(
         frame=frames[0],
         up=answer.up,
-        covariance=answer.in_camera,
+        covariance=answer.covariance,
         failure=answer.failure,
         ends=answer.segments.ends[:first] * max(before.image_size) + np.array(before.image_size) / 2,
         runs_along=answer.runs_along[:first],

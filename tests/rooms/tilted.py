@@ -33,7 +33,7 @@ _QUITE_WRONG_DEG = 10.0
 
 
 def look_of(answer: ImageUp) -> Look:
-    return Look(0, answer.up, answer.in_camera, answer.failure)
+    return Look(0, answer.up, answer.covariance, answer.failure)
 
 
 def main(count: int = 12, first: int = 0) -> None:

@@ -29,7 +29,7 @@ def world_segments(seed, pitch, roll, focal, shares=(60, 40, 40, 60), noise_deg=
     half = 0.03 * direction
     ends = np.stack([middle - half, middle + half], axis=1)
     sd = np.full(len(shown), np.radians(noise_deg))
-    segments = Segments(ends, middle, direction, sd, np.ones(len(shown)), np.array([1.0, 0.5625]), len(shown))
+    segments = Segments(ends, middle, direction, sd, np.ones(len(shown)), len(shown))
     return segments, R[:, 2]
 
 
