@@ -29,9 +29,9 @@ from pcnet3d.stages.trajectories import Trajectories
 # %% [markdown]
 # ## A file
 #
-# With a recording of your own this is the file that your detector has written. Here the walker's joints are seen by a
-# camera that looks down by 15 degrees and is rolled by 5, with an error of one pixel, and written as AlphaPose would.
-# `read` recognises the format by its content.
+# With your own video this is the file that your detector has written. Here a camera that looks down by 15 degrees and
+# is rolled by 5 sees the walker's joints with an error of one pixel; they are written as AlphaPose would. `read`
+# recognises the format by its content.
 
 # %%
 walk = walker()  # walks, squats, raises both arms
@@ -45,7 +45,7 @@ print(f"{len(keypoints)} frames at {keypoints.fps:g} per second, {keypoints.join
 # %% [markdown]
 # ## The take
 #
-# The same stages as those of `pcnet3d run`. The stature gives metres; the focal length need not be known, and helps.
+# The same stages as those of `pcnet3d run`. The stature gives metres; a known focal length helps, but is not needed.
 
 # %%
 stages = Pipeline(
@@ -65,7 +65,7 @@ for notice in take.notices:
 # %% [markdown]
 # ## Which way is up
 #
-# The camera is tilted, and nobody said so. One gravity is found for the take, and how wrong it may be.
+# The camera is tilted, which the run does not know. It finds one direction of gravity for the take, and its error.
 
 # %%
 rectified = take.need("rectified")
@@ -77,8 +77,8 @@ print(f"camera axes taken for level would be off by {np.degrees(np.arccos(-camer
 # %% [markdown]
 # ## Pictures with error bands
 #
-# Every column of `kinematics` has its standard deviation beside it. Nine in ten errors are to lie within 1.645 of
-# them.
+# Every column of `kinematics` has its standard deviation beside it. The truth should lie within 1.645 of them in nine of
+# ten frames.
 
 # %%
 columns, time_s = take.need("kinematics"), take.need("poses").time_s
