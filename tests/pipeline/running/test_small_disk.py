@@ -10,11 +10,7 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.drawing.rerun_file import recording_file
-from pcnet3d.stages.study.live.frames import LivePose
-from pcnet3d.stages.study.live.recording import live_recording
-from pcnet3d.stages.study.live.source import Shot
 from refusals import refused
 
 
@@ -55,36 +51,3 @@ def _log_until_full(path, written):
             file.stream.flush()
             file.check()
             written.append(block)
-
-
-@pytest.mark.parametrize("kept", [False, True])
-def test_live_ends_where_its_disk_becomes_full(small_disk, kept):
-    place, shown = small_disk(256), []
-    with refused("cannot-write"):
-        _live_until_full(place / "live.rrd", place / "video.ts" if kept else None, shown)
-    assert len(shown) < 499
-
-
-def _live_until_full(path, video, shown):
-    rng = np.random.default_rng(0)
-    joints = rng.normal(size=(17, 3))
-    pose = LivePose(
-        frame=0,
-        time_s=0.0,
-        captured_s=0.0,
-        person=0,
-        body=joints,
-        level=joints,
-        R_camera_from_body=np.eye(3),
-        R_camera_from_level=np.eye(3),
-        error_deg=1.0,
-        up=np.array([0.0, -1.0, 0.0]),
-        up_bound_deg=1.0,
-        latency_ms=1.0,
-        dropped=0,
-    )
-    with live_recording(path, COCO17, video, True) as recording:
-        for number in range(500):
-            image = rng.integers(0, 255, (120, 160, 3), dtype=np.uint8)
-            recording.log(Shot(number, number / 30, image), None, pose)
-            shown.append(number)
