@@ -59,9 +59,9 @@ _NOISE, _NOISE_MOVES = 0.5, {2: 0.1, 3: 1e-3}
 # differences are 1.2 times its second ones, those of a moving average or of exponential smoothing 1.5 times and more.
 _TREMBLES, _TREMBLES_UNCUT, _UNCUT = 0.006, 0.015, 1.5
 # At a regular row movements are longer than the mean of those beside them by this logarithm, and in so large a share
-# longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth row is lost it is 0.37
-# to 1.0.
-_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 18
+# longer than three in four others. Of 313 sound takes of 36 to 240 rows the share is 0.88 at most; where every second
+# to fifth row is lost 0.92 and more.
+_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.9, 8
 _PERIODS = range(2, 7)  # 60 frames a second made into 50, 48, 40 and 30
 _HELD = 12.0  # times as long as those between: rows that repeat, as of a slowed video
 _SCORE = 0.3  # of a keypoint that was seen
@@ -303,7 +303,7 @@ def _rows_lost(points: PoseSequence) -> list[Notice]:
     if not every or _held(length, every):
         return []
     fps = points.fps if points.time_s is not None else float("nan")
-    how = f"at every {every}th row" + (
+    how = f"at one row in {every}" + (
         f", as at {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
     )
     return [notice("rows-lost", count=len(moved) // every, how=how)]
@@ -335,7 +335,7 @@ def _period(length: np.ndarray) -> int:
             longer = float(np.median(these) - np.median(others))
             if (these > np.percentile(others, 75)).mean() >= _ABOVE and longer > _LONGER:
                 longer_at[every] = max(longer, longer_at.get(every, 0.0))
-    return min((every for every in longer_at if longer_at[every] > 0.8 * max(longer_at.values())), default=0)
+    return min((every for every in longer_at if longer_at[every] > 0.95 * max(longer_at.values())), default=0)
 
 
 def _held(length: np.ndarray, every: int) -> bool:

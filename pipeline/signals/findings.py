@@ -42,7 +42,7 @@ _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 _IN_A_PLANE = 0.05
 # How many times too small or too large depth is at least. In 313 sound lifts of 36 to 240 rows it is 1.44 and 1.1 at
 # most.
-_DEPTH = {"small": 1.5, "large": 1.25}
+_DEPTH = {"small": 1.5, "large": 1.15}
 _ENOUGH_ROWS = 10
 _ENOUGH = 30  # rows, for what is told by how values go together
 # Seconds over which joints were averaged: 0.40 and less in 312 sound lifts and other lifters' files, 0.47 to 1.1 of

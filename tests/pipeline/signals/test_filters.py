@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
 from pcnet3d.pipeline.signals.filters import (
     breaks,
@@ -49,18 +48,6 @@ def test_two_passes_halve_the_power_at_the_cutoff():
         warped = np.tan(np.pi * 3 / fps) / np.tan(np.pi * 6 / fps)
         designed = (np.sqrt(2) - 1) * warped**4  # Butterworth's formula, each pass with half of the order
         assert gain(3.0, fps, cutoff_hz=6.0) == pytest.approx(1 / (1 + designed), abs=2e-3)
-
-
-def test_a_straight_line_is_left_as_it_is():
-    time_s = np.arange(60) / 30
-    line = np.stack([3 * time_s + 1, -2 * time_s], axis=-1)
-    np.testing.assert_allclose(lowpass(line, time_s), line, atol=5e-5)
-
-
-def test_time_runs_either_way():
-    rng = np.random.default_rng(0)
-    x, time_s = rng.normal(size=(80, 2)), np.arange(80) / 30
-    np.testing.assert_allclose(lowpass(x[::-1], time_s), lowpass(x, time_s)[::-1], atol=2e-2)
 
 
 def test_pieces_know_nothing_of_each_other():
@@ -192,23 +179,7 @@ def test_derivatives_of_a_pendulum(uneven):
     np.testing.assert_allclose(derivative(x, time_s)[inner], first[inner], atol=2e-3 * w)
     np.testing.assert_allclose(derivative(x, time_s, order=2)[inner], -(w**2) * x[inner], atol=5e-3 * w**2)
     np.testing.assert_allclose(derivative(x[:, 0], time_s), derivative(x, time_s)[:, 0])
-
-
-def test_derivatives_of_the_walker_are_its_own():
-    """30 frames a second and no filter: the walker's exact velocities and accelerations."""
-    walk = walker(fps=30, seconds=8)
-    during = walk.during("arms") & (walk.time_s < walk.phases_s["arms"][1] - 0.2)
-    for joint in ("r_wrist", "l_wrist"):
-        row = H36M17.index(joint)
-        path = walk.joint(joint)
-        velocity, acceleration = (derivative(path, walk.time_s, order=order) for order in (1, 2))
-        np.testing.assert_allclose(velocity[during], walk.velocity_mps[during, row], atol=0.02)
-        np.testing.assert_allclose(acceleration[during], walk.acceleration_mps2[during, row], atol=0.5)
-
-
-def test_three_rows_have_a_derivative_and_two_have_none():
-    assert np.isnan(derivative(np.arange(2.0), np.arange(2.0))).all()
-    np.testing.assert_allclose(derivative(np.arange(3.0) ** 2, np.arange(3.0)), [0, 2, 4], atol=1e-12)
+    assert np.isnan(derivative(x[:2], time_s[:2])).all()
 
 
 def test_resampling_meets_the_points_and_leaves_the_gaps():
