@@ -12,7 +12,16 @@ from scipy.ndimage import uniform_filter1d
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17, Layout
 
 from .material import Bases, Given
-from .slips import CHOSEN_BY, LAST, SLIPS
+from .slips import (
+    CHOSEN_BY,
+    LAST,
+    SLIPS,
+    focal_times,
+    kept_rows,
+    resized,
+    sides_of,
+    told_rate,
+)
 
 CLOCK = (
     "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts", "gait-unlike-any-seen",
@@ -67,22 +76,8 @@ def edits() -> Iterator[Edit]:
             yield Edit(base, name, make, codes, part)
 
 
-def _rows(given: Given, rows: np.ndarray) -> Given:
-    """These rows as if they followed one another, their numbers lost."""
-    return given.with_(
-        frames=np.arange(len(rows)),
-        points=None if given.points is None else given.points[rows],
-        poses=None if given.poses is None else given.poses[rows],
-        video=None,
-    )
-
-
 def _every(step: int, of: int) -> Callable[[Given, Bases], Given]:
-    return lambda given, _: _rows(given, np.flatnonzero(np.arange(len(given.frames)) % step < of))
-
-
-def _rate(fps: float) -> Callable[[Given, Bases], Given]:
-    return lambda given, _: given.with_(words=given.words | {"fps": fps}, video=None)
+    return lambda given, _: kept_rows(given, np.flatnonzero(np.arange(len(given.frames)) % step < of))
 
 
 def _points(change: Callable[[np.ndarray, np.ndarray], np.ndarray], video: bool = False) -> Any:
@@ -109,25 +104,6 @@ def _poses(change: Callable[[np.ndarray], np.ndarray], alone: bool = False) -> A
 
 def _told(**words: Any) -> Callable[[Given, Bases], Given]:
     return lambda given, _: given.with_(words=given.words | words)
-
-
-def _focal(factor: float) -> Callable[[Given, Bases], Given]:
-    def make(given: Given, _: Bases) -> Given:
-        focal = given.words.get("focal", 1.0 * max(given.words["image_size"]))
-        return given.with_(words=given.words | {"focal": factor * focal})
-
-    return make
-
-
-def _size(x: float, y: float) -> Callable[[Given, Bases], Given]:
-    def make(given: Given, _: Bases) -> Given:
-        assert given.points is not None
-        size = tuple(int(side) for side in given.size * (x, y))
-        return given.with_(
-            points=given.points * (x, y, 1), words=given.words | {"image_size": size}, video=None
-        )
-
-    return make
 
 
 def _turned(given: Given, _: Bases) -> Given:
@@ -216,18 +192,6 @@ def _exchanged(points: np.ndarray, layout: Layout) -> np.ndarray:
     return points[:, swapped]
 
 
-def _pair(part: str) -> Callable[..., np.ndarray]:
-    """Right and left joints of this name exchanged, as a slip of a converter makes them."""
-
-    def change(points: np.ndarray, *_: Any) -> np.ndarray:
-        layout = COCO17 if points.shape[-1] == 2 else H36M17
-        pair = layout.indices([f"r_{part}", f"l_{part}"])
-        points[:, pair] = points[:, pair[::-1]]
-        return points
-
-    return change
-
-
 def _filled(rows: int, held: bool = False) -> Callable[..., np.ndarray]:
     """Every so often all limbs are lost for some rows; the gap is filled by straight lines, or by the last value."""
 
@@ -296,21 +260,21 @@ def _less(share: float) -> Callable[[np.ndarray], np.ndarray]:
 
 
 LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
-    "60 frames a second told of 30": (_rate(60.0), CLOCK),
-    "15 told of 30": (_rate(15.0), CLOCK),
+    "60 frames a second told of 30": (told_rate(60.0), CLOCK),
+    "15 told of 30": (told_rate(15.0), CLOCK),
     "every second frame kept, numbers lost": (_every(2, 1), CLOCK),
     "every fifth frame dropped, numbers lost": (_every(5, 4), CLOCK),
     "ten in a row dropped, numbers lost": (
-        lambda given, _: _rows(given, np.delete(np.arange(len(given.frames)), slice(30, 40))),
+        lambda given, _: kept_rows(given, np.delete(np.arange(len(given.frames)), slice(30, 40))),
         (*CLOCK, *PEOPLE),
     ),
     "in a loop, three times": (
-        lambda given, _: _rows(given, np.tile(np.arange(len(given.frames)), 3)),
+        lambda given, _: kept_rows(given, np.tile(np.arange(len(given.frames)), 3)),
         ("repeats-itself", *PEOPLE),
     ),
-    "backwards": (lambda given, _: _rows(given, np.arange(len(given.frames))[::-1]), CLOCK),
+    "backwards": (lambda given, _: kept_rows(given, np.arange(len(given.frames))[::-1]), CLOCK),
     "shuffled": (
-        lambda given, _: _rows(given, np.random.default_rng(0).permutation(len(given.frames))),
+        lambda given, _: kept_rows(given, np.random.default_rng(0).permutation(len(given.frames))),
         (*PEOPLE, *CLOCK, *SHAPE, "only-noise"),
     ),
     "mirrored": (_points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1)), SIDES),
@@ -318,19 +282,19 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
         lambda given, _: given.with_(points=_exchanged(given.points, COCO17), video=None),
         SIDES,
     ),
-    "image 1.33 times as wide": (_size(1.33, 1.0), SHAPE),
-    "image 1.33 times as high": (_size(1.0, 1.33), SHAPE),
+    "image 1.33 times as wide": (resized(1.33, 1.0), SHAPE),
+    "image 1.33 times as high": (resized(1.0, 1.33), SHAPE),
     "on its side": (_turned, UP),
     "upside down": (_points(lambda xy, size: size - xy), UP),
     "two people of one ID": (_two, (*PEOPLE, *SHAPE)),
     "smoothed over 31 frames": (_points(_smooth(31)), (*SHAPE, "keypoints-smooth")),
     "right leg a copy of the left": (_points(_copied(COCO17)), SHAPE),
     "shares of the image as pixels": (_points(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
-    "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-lines",)),
+    "focal length told 2.2 times too long": (focal_times(2.2), ("focal-against-lines",)),
     "height told in centimetres": (_told(stature=175.0), ("stature",)),
-    "ankles exchanged": (_points(_pair("ankle")), (*GAPS, *SIDES)),
-    "knees exchanged": (_points(_pair("knee")), (*GAPS, *SIDES)),
-    "wrists exchanged": (_points(_pair("wrist")), (*GAPS, *SIDES)),
+    "ankles exchanged": (_points(sides_of("ankle")), (*GAPS, *SIDES)),
+    "knees exchanged": (_points(sides_of("knee")), (*GAPS, *SIDES)),
+    "wrists exchanged": (_points(sides_of("wrist")), (*GAPS, *SIDES)),
     "gaps of 15 frames filled by lines": (_points(_filled(15)), GAPS),
     "gaps of 15 frames filled by the last value": (_points(_filled(15, held=True)), GAPS),
     "right wrist at the nose": (_points(_one_point("r_wrist", "nose")), GAPS),
@@ -338,9 +302,9 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "second half a copy of the first": (_again, ("repeats-itself", *PEOPLE)),
     "rows put between by lines, told of 30": (_at(2.0), (*GAPS, *CLOCK)),
     "made into 50 frames a second by lines, told of 30": (_at(50 / 30), (*GAPS, *CLOCK, *TOGETHER)),
-    "18 frames a second told of 30": (_rate(18.0), CLOCK),
-    "trimmed": (lambda given, _: _rows(given, np.arange(10, len(given.frames) - 3)), ()),
-    "half of the pixels": (_size(0.5, 0.5), ()),
+    "18 frames a second told of 30": (told_rate(18.0), CLOCK),
+    "trimmed": (lambda given, _: kept_rows(given, np.arange(10, len(given.frames) - 3)), ()),
+    "half of the pixels": (resized(0.5, 0.5), ()),
 }
 POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "depth of 30 %": (_poses(lambda joints: joints * (1, 1, 0.3)), (*SHAPE, *TOGETHER)),
@@ -369,16 +333,16 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "2 rows late": (_late(2), TOGETHER),
     "5 rows late": (_late(5), TOGETHER),
-    "60 frames a second told of 30": (_rate(60.0), CLOCK),
+    "60 frames a second told of 30": (told_rate(60.0), CLOCK),
     "made at 25 frames a second, keypoints of 30": (_at(25 / 30, points=False, poses=True), TOGETHER),
     "beside keypoints of 25 frames a second": (_at(25 / 30), TOGETHER),
-    "ankles exchanged": (_poses(_pair("ankle"), True), (*GAPS, *SIDES)),
-    "knees exchanged": (_poses(_pair("knee"), True), (*GAPS, *SIDES)),
+    "ankles exchanged": (_poses(sides_of("ankle"), True), (*GAPS, *SIDES)),
+    "knees exchanged": (_poses(sides_of("knee"), True), (*GAPS, *SIDES)),
     "gaps of 15 frames filled by lines": (_poses(_filled(15), True), GAPS),
     "right wrist at the nose": (_poses(_one_point("r_wrist", "nose"), True), GAPS),
     "second half a copy of the first": (_again, ("repeats-itself", *PEOPLE)),
     "in a loop, three times": (
-        lambda given, _: _rows(given.with_(points=None), np.tile(np.arange(len(given.frames)), 3)),
+        lambda given, _: kept_rows(given.with_(points=None), np.tile(np.arange(len(given.frames)), 3)),
         ("repeats-itself", *PEOPLE),
     ),
 }  # fmt: skip

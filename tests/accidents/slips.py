@@ -67,11 +67,11 @@ def _permuted(**of: str) -> Callable[[np.ndarray], np.ndarray]:
     return change
 
 
-def _sides_of(*parts: str, of_half: bool = False) -> Callable[[np.ndarray], np.ndarray]:
+def sides_of(*parts: str, of_half: bool = False) -> Callable[[np.ndarray], np.ndarray]:
     """Left and right of these joints exchanged, in all rows or from the middle on."""
     both = {f"{a}_{part}": f"{b}_{part}" for part in parts for a, b in ("lr", "rl")}
 
-    def change(points: np.ndarray) -> np.ndarray:
+    def change(points: np.ndarray, *_: Any) -> np.ndarray:
         start = len(points) // 2 if of_half else 0
         points[start:] = _permuted(**both)(points[start:])
         return points
@@ -118,7 +118,7 @@ def _rotated(degrees: float, axes: tuple[int, int] = (0, 1)) -> Callable[[np.nda
     return change
 
 
-def _size(x: float, y: float, size_too: bool = True, video: bool = False) -> Callable[..., Given]:
+def resized(x: float, y: float, size_too: bool = True, video: bool = False) -> Callable[..., Given]:
     """Pixels so many times as wide and high, and the image's size with them."""
 
     def make(given: Given, _: Bases) -> Given:
@@ -308,7 +308,7 @@ def _slowly(rate: float) -> Callable[..., Given]:
     return make
 
 
-def _told_rate(fps: float) -> Callable[..., Given]:
+def told_rate(fps: float) -> Callable[..., Given]:
     return lambda given, _: given.with_(words=given.words | {"fps": fps}, video=None)
 
 
@@ -323,7 +323,7 @@ def _late_joints(rows: int, *parts: str) -> Callable[[np.ndarray], np.ndarray]:
     return change
 
 
-def _focal(factor: float) -> Callable[..., Given]:
+def focal_times(factor: float) -> Callable[..., Given]:
     def make(given: Given, _: Bases) -> Given:
         focal = given.words.get("focal", 1.0 * max(given.words["image_size"]))
         return given.with_(words=given.words | {"focal": factor * focal})
@@ -383,20 +383,20 @@ SLIPS: dict[str, tuple[tuple[str, ...], Any, tuple[str, ...]]] = {
     "left elbow and wrist in each other's column": (
         ("07_03", "accad-m1_run"), of_points(_permuted(l_elbow="l_wrist", l_wrist="l_elbow")), (*SHAPE, *SIDES)),
     "legs' sides exchanged": (
-        ("07_03", "accad-m1_lift-box"), of_points(_sides_of("hip", "knee", "ankle")), SIDES),
+        ("07_03", "accad-m1_lift-box"), of_points(sides_of("hip", "knee", "ankle")), SIDES),
     "arms' sides exchanged": (
-        ("08_04", "tennis-jangel_Derecha_0"), of_points(_sides_of("shoulder", "elbow", "wrist")), SIDES),
+        ("08_04", "tennis-jangel_Derecha_0"), of_points(sides_of("shoulder", "elbow", "wrist")), SIDES),
     "legs' sides exchanged from the middle on": (
-        ("07_03", "accad-m1_run"), of_points(_sides_of("hip", "knee", "ankle", of_half=True)), SWAPS),
-    "hips exchanged": (("07_03", "accad-m1_lift-box"), of_points(_sides_of("hip")), SIDES),
+        ("07_03", "accad-m1_run"), of_points(sides_of("hip", "knee", "ankle", of_half=True)), SWAPS),
+    "hips exchanged": (("07_03", "accad-m1_lift-box"), of_points(sides_of("hip")), SIDES),
     "ears and shoulders exchanged": (
         ("08_04", "walk_crop"),
         of_points(_permuted(l_ear="l_shoulder", l_shoulder="l_ear", r_ear="r_shoulder", r_shoulder="r_ear")), SHAPE),
     "y upwards": (
         ("08_04", "walk_crop"),
         lambda g, b: of_points(lambda xy: xy * (1, -1) + (0, g.size[1]))(g, b), (*UP, *SIDES)),
-    "width squeezed to 0.6": (("07_03", "accad-m1_lift-box"), _size(0.6, 1.0), SHAPE),
-    "height squeezed to 0.5625": (("08_04", "walk_crop"), _size(1.0, 0.5625), SHAPE),
+    "width squeezed to 0.6": (("07_03", "accad-m1_lift-box"), resized(0.6, 1.0), SHAPE),
+    "height squeezed to 0.5625": (("08_04", "walk_crop"), resized(1.0, 0.5625), SHAPE),
     "rounded to 16 pixels": (
         ("07_03", "accad-m1_run"), of_points(lambda xy: 16 * np.round(xy / 16)), (*SHAPE, "rounded", "only-noise")),
     "smoothed over 11 frames": (
@@ -426,23 +426,23 @@ SLIPS: dict[str, tuple[tuple[str, ...], Any, tuple[str, ...]]] = {
     "keypoints lack 12 rows in the middle": (_FILMS, _cut_out(0.45, 12), (*TOGETHER, *CLOCK, *PEOPLE)),
     "keypoints made at 50 frames a second": (_FILMS, _slowly(50 / 30), TOGETHER),
     "keypoints of another recording, in the same place": (_FILMS, _of_other("07_03"), TOGETHER),
-    "keypoints of half the video's size": (_FILMS, _size(0.5, 0.5, size_too=False, video=True), TOGETHER),
-    "focal length told 0.4 times": (_FILMS, _focal(0.4), ("focal-against-lines", "image-against-bodies")),
+    "keypoints of half the video's size": (_FILMS, resized(0.5, 0.5, size_too=False, video=True), TOGETHER),
+    "focal length told 0.4 times": (_FILMS, focal_times(0.4), ("focal-against-lines", "image-against-bodies")),
 }  # fmt: skip
 CHOSEN_BY, LOOKED_AT_ONCE = list(SLIPS)[::2], list(SLIPS)[1::2]
 # Written after all rules, and looked at once.
 LAST: dict[str, tuple[tuple[str, ...], Any, tuple[str, ...]]] = {
     "every fourth frame dropped, numbers lost": (
         ("08_04", "accad-m1_run"), lambda g, _: kept_rows(g, np.flatnonzero(np.arange(len(g.frames)) % 4 != 3)), CLOCK),
-    "20 frames a second told of 30": (_WALKS, _told_rate(20.0), CLOCK),
-    "50 frames a second told of 30": (("08_04", "accad-m1_run"), _told_rate(50.0), CLOCK),
+    "20 frames a second told of 30": (_WALKS, told_rate(20.0), CLOCK),
+    "50 frames a second told of 30": (("08_04", "accad-m1_run"), told_rate(50.0), CLOCK),
     "at half its rate and backwards": (
         ("07_03", "accad-m1_run"),
-        lambda g, b: _told_rate(15.0)(kept_rows(g, np.arange(len(g.frames))[::-1]), b), CLOCK),
-    "width stretched to 1.5": (("07_03", "tennis-jangel_Derecha_0"), _size(1.5, 1.0), SHAPE),
-    "height squeezed to 0.8": (("08_04", "accad-m1_run"), _size(1.0, 0.8), SHAPE),
-    "elbows exchanged": (("07_03", "accad-m1_lift-box"), of_points(_sides_of("elbow")), SIDES),
-    "shoulders exchanged": (("08_04", "tennis-jangel_Derecha_0"), of_points(_sides_of("shoulder")), SIDES),
+        lambda g, b: told_rate(15.0)(kept_rows(g, np.arange(len(g.frames))[::-1]), b), CLOCK),
+    "width stretched to 1.5": (("07_03", "tennis-jangel_Derecha_0"), resized(1.5, 1.0), SHAPE),
+    "height squeezed to 0.8": (("08_04", "accad-m1_run"), resized(1.0, 0.8), SHAPE),
+    "elbows exchanged": (("07_03", "accad-m1_lift-box"), of_points(sides_of("elbow")), SIDES),
+    "shoulders exchanged": (("08_04", "tennis-jangel_Derecha_0"), of_points(sides_of("shoulder")), SIDES),
     "right ankle and wrist in each other's column": (
         ("08_04", "accad-m1_run"), of_points(_permuted(r_ankle="r_wrist", r_wrist="r_ankle")), (*SHAPE, *SIDES)),
     "legs 10 rows late": (("07_03", "accad-m1_lift-box"), of_points(_late_joints(10, "knee", "ankle")), SHAPE),
@@ -457,7 +457,7 @@ LAST: dict[str, tuple[tuple[str, ...], Any, tuple[str, ...]]] = {
     "poses smoothed over 21 frames": (_POSES, of_poses(lambda j: uniform_filter1d(j, 21, axis=0)), SHAPE),
     "poses with every third row held": (_POSES, _held(3), (*CLOCK, *GAPS)),
     "poses with arms' sides exchanged": (
-        _POSES, of_poses(_sides_of("shoulder", "elbow", "wrist")), SIDES),
+        _POSES, of_poses(sides_of("shoulder", "elbow", "wrist")), SIDES),
     "poses with the left knee and ankle in each other's column": (
         _POSES, of_poses(_permuted(l_knee="l_ankle", l_ankle="l_knee")), (*SHAPE, *SIDES)),
     "poses of half the depth": (_POSES, of_poses(lambda j: j * (1, 1, 0.5)), SHAPE),
