@@ -13,7 +13,6 @@ from golden.detections import AS_COCO, coco_tracks
 from golden.lifts import lift
 from pcnet3d.examples.walker import side_camera, walker
 from pcnet3d.examples.walker.files import write_video
-from pcnet3d.models.lab.evaluation.real_data import read_cameras
 from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
 from pcnet3d.models.lab.mocap.clips import Clip, Subjects, data_folder, person, read_clips
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
@@ -245,15 +244,13 @@ def _real() -> Iterator[tuple[str, Given]]:
     yield from _forms(
         "skating, HRNet and MHFormer", Given(np.arange(len(poses)), _coco(marks), poses, words=words)
     )
-    seen, cameras = np.load(data / "real/pose2sim/truth.npz"), read_cameras(data / "real/pose2sim")
-    for name, camera in cameras.items():
-        points = seen[f"openpose_body25b_{name}"][:, :17].astype(float)
-        words = {"fps": 60.0, "image_size": shown_size(read_video(camera.video))}
-        yield f"balancing, OpenPose, {name}", Given(np.arange(len(points)), points, words=words)
-        yield (
-            f"balancing, OpenPose and lifted, {name}",
-            _lifted(Given(np.arange(len(points)), points, words=words)),
-        )
+    seen = np.load(data / "real/pose2sim/truth.npz")
+    for film in sorted((data / "real/pose2sim").glob("*.mp4")):
+        points = seen[f"openpose_body25b_{film.stem}"][:, :17].astype(float)
+        words = {"fps": 60.0, "image_size": shown_size(read_video(film))}
+        given = Given(np.arange(len(points)), points, words=words)
+        yield f"balancing, OpenPose, {film.stem}", given
+        yield f"balancing, OpenPose and lifted, {film.stem}", _lifted(given)
 
 
 def _forms(name: str, given: Given) -> Iterator[tuple[str, Given]]:
