@@ -138,6 +138,16 @@ def test_joints_whose_names_are_exchanged_are_told_and_gaps(joints, pixels, name
         assert gaps(exchanged)[:, pair].all()
 
 
+def test_a_knee_and_an_ankle_are_told_from_each_other_by_a_poor_detector():
+    """Of somebody who lifts a box: bones were half as long in each other's place, and it was silent."""
+    poor = side_camera(WALK).project(WALK.world) + np.random.default_rng(0).normal(0, 9, (len(WALK), 17, 2))
+    pair = at("r_knee", "r_ankle")
+    exchanged = poor.copy()
+    exchanged[:, pair] = poor[:, pair[::-1]]
+    assert "joints-exchanged" in codes(exchanged)
+    assert "joints-exchanged" not in codes(poor)
+
+
 def test_who_folds_the_arms_or_crosses_the_legs_has_no_exchanged_joints(joints):
     """The left wrist lies at the right elbow and the right one at the left, the shanks cross."""
     crossed = joints.copy()
