@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.frames import BODY
 from ...pipeline.core.take import Take
+from ..drawing.facts import length_unit
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
 from .first import first_view
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
 _EYES = {
     "camera": (0.5, -0.4, -2.4),  # near the camera itself
     "world": (-2.2, 1.1, 0.5),
+    "body": (-2.2, 1.1, 0.5),  # in front of the person, who faces -x, to the right and a little above
 }
 
 
@@ -44,24 +48,46 @@ def views(take: Take, size: float) -> rrb.Container:
 
 
 def _details(take: Take, size: float) -> rrb.Container:
-    """On the left the poses before, in the middle the path and the angles, on the right rotation and words."""
+    """On the left the poses before and after, in the middle the path and the angles, on the right the wrists before and
+    after, rotation and words."""
     import rerun.blueprint as rrb
 
-    source = take.need("poses").frame
-    eye = size * source.basis @ np.array(_EYES[source.family])
-    placed = walked(take.need("rectified"))
+    poses, rectified = take.need("poses"), take.need("rectified")
+    source, unit = poses.frame, length_unit(poses)
+    eyes = [size * frame.basis @ np.array(_EYES[frame.family]) for frame in (source, BODY)]
+    placed = walked(rectified)
     texts: list[rrb.View] = []
     if take.said:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         texts.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
     texts.append(rrb.TextDocumentView(origin="provenance", name="Provenance"))
-    rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)", plot_legend=rrb.Corner2D.LeftTop)
+    curves = [
+        _wrists("level", f"Wrists after ({unit})", ("x", "y", "up")),
+        _wrists("source", f"Wrists before ({unit})", source.axes),
+        rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)", plot_legend=rrb.Corner2D.LeftTop),
+    ]
     columns = [
-        [person_view("source", f"Before: {source.name} axes", eye)],
+        [
+            person_view("source", f"Before: {source.name} axes", eyes[0]),
+            person_view("body", "After: BODY, facing you", eyes[1]),
+        ],
         [
             *([walk_view(take, placed, size)] if placed is not None else []),
             *([angle_views(take)] if angled(take) else []),
         ],
-        [rotation, rrb.Tabs(*texts, active_tab=0)],
+        [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*texts, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
+
+
+def _wrists(entity: str, name: str, axes: Sequence[str]) -> rrb.Container:
+    """A view for each axis, right orange, left blue."""
+    import rerun.blueprint as rrb
+
+    views = [
+        rrb.TimeSeriesView(
+            origin=f"wrists/{entity}/{letter}", name=axis, plot_legend=rrb.PlotLegend(visible=False)
+        )
+        for letter, axis in zip("xyz", axes, strict=True)
+    ]
+    return rrb.Vertical(*views, name=name)

@@ -22,7 +22,7 @@ def same(values, expected):
 
 def test_skeletons_on_both_time_axes(taken):
     take, recording = taken()
-    skeletons = {"source": take.poses, "level": take.rectified.level}
+    skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
     for entity, poses in {**skeletons, "video/keypoints": take.keypoints}.items():
         points = "Points2D" if poses is take.keypoints else "Points3D"
         frame, nanoseconds, positions = recording.over_time(f"{entity}/joints", f"{points}:positions")
@@ -41,6 +41,16 @@ def test_bones_join_the_joints_they_name(taken):
         _, _, strips = recording.over_time(f"{entity}/bones", f"{archetype}:strips")
         expected = [[poses.joint(end) for end in bone] for bone in poses.layout.bones]
         same(strips, np.moveaxis(expected, 2, 0))
+
+
+def test_wrists_before_and_after_with_units(taken):
+    take, recording = taken()
+    for entity, poses in (("source", take.poses), ("level", take.rectified.level)):
+        for i, axis in enumerate("xyz"):
+            _, _, values = recording.over_time(f"wrists/{entity}/{axis}", "Scalars:scalars")
+            same(values, np.stack([poses.joint("r_wrist")[:, i], poses.joint("l_wrist")[:, i]], axis=1))
+            names = recording.static(f"wrists/{entity}/{axis}", "SeriesLines:names")
+            assert names == [f"{wrist} {axis} (m)" for wrist in ("r_wrist", "l_wrist")]
 
 
 def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
@@ -113,7 +123,9 @@ def test_events_stand_at_their_frames(taken):
 
 def test_views_follow_what_there_is(taken):
     _, recording = taken()
-    assert set(recording.blueprint(ORIGIN)) == {"video", "walk/along", "source", "rotation", "provenance"}
+    curves = {f"wrists/{entity}/{axis}" for entity in ("source", "level") for axis in "xyz"} | {"rotation"}
+    persons = {"walk/along", "source", "body"}
+    assert set(recording.blueprint(ORIGIN)) == {"video", *persons, *curves, "provenance"}
     assert {"First look", "Details"} <= set(recording.blueprint(TAB))
     assert "2D keypoints" in recording.blueprint(NAME)
     assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
@@ -122,7 +134,7 @@ def test_views_follow_what_there_is(taken):
     assert walks == {"walk/along", "walk/floor"}
     assert not np.any(recording.over_time("level", "Transform3D:translation")[2])
     eyes = recording.blueprint("EyeControls3D:position")
-    assert [eye for eye in eyes if eye[0] < -1]  # the person faces -x in LEVEL
+    assert [eye for eye in eyes if eye[0] < -1]  # the person faces -x in BODY and in LEVEL
     _, recording = taken(keypoints=None, notices=(own_notice("test.said", "said", "note"),))
     assert "video" not in recording.blueprint(ORIGIN)
     assert "events" in recording.blueprint(ORIGIN)
