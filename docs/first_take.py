@@ -77,8 +77,8 @@ print(f"camera axes taken for level would be off by {np.degrees(np.arccos(-camer
 # %% [markdown]
 # ## Pictures with error bands
 #
-# Every column of `kinematics` has its standard deviation beside it. The truth should lie within 1.645 of them in nine of
-# ten frames.
+# Every column of `kinematics` has its standard deviation beside it. The truth should lie within 1.645 of them in nine
+# of ten frames.
 
 # %%
 columns, time_s = take.need("kinematics"), take.need("poses").time_s

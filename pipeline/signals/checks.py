@@ -50,7 +50,7 @@ class Chirality:
     """Evidence on left and right (formats.md section 1), as shares of frames that agree.
 
     nose: the nose lies in front of the body, as named left and right say where front is.
-    knees: the knees bend forward. arms_legs: the shoulders' left is the hips' left.
+    knees: bent knees point forward. arms_legs: the shoulders' left is the hips' left.
     *_votes: how many observations each share rests on.
     """
 
@@ -79,7 +79,7 @@ class Chirality:
     def __str__(self) -> str:
         votes_of = {
             "the nose points forward": (self.nose, self.nose_votes),
-            "the knees bend forward": (self.knees, self.knee_votes),
+            "bent knees point forward": (self.knees, self.knee_votes),
             "hips and shoulders agree on left": (self.arms_legs, self.arms_legs_votes),
         }
         return ", ".join(
