@@ -13,7 +13,7 @@ import pytest
 
 from commands import pcnet3d, succeeded
 from golden import numbered
-from golden.live import GEOMETRIC, kept, logged
+from golden.recordings import GEOMETRIC, kept, logged
 from pcnet3d.adapters import read_all
 from pcnet3d.models import Found
 from pcnet3d.models.lifter.live import LiveLifter

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from commands import APART
-from golden.live import GEOMETRIC, logged
+from golden.recordings import GEOMETRIC, logged
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames

@@ -11,7 +11,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from golden.live import GEOMETRIC, logged
+from golden.recordings import GEOMETRIC, logged
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages.study.live.command import live
