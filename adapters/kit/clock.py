@@ -8,7 +8,7 @@ or the name of one video. A notice names what looks like a clock and is not used
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
@@ -74,10 +74,11 @@ def kind_of(name: str) -> str:
     return "unnamed" if _UNNAMED.fullmatch(plain(name)) else "like" * bool(_LIKE.search(plain(name)))
 
 
-def first_of(kind: str, names: Sequence[str]) -> int | None:
-    """The position of the name of that kind that counts among the names of columns; None where there is none."""
-    places = [i for i, name in enumerate(names) if kind_of(name) == kind]
-    return min(places, key=lambda i: _NAMES[kind].index(plain(names[i])), default=None)
+def of_kind(kind: str, names: Iterable[str]) -> list[str]:
+    """The names of that kind among those of columns or fields, those first that the table of names has first."""
+    order = list(_KINDS)
+    named = [name for name in names if kind_of(name) == kind]
+    return sorted(named, key=lambda name: order.index(plain(name)) if plain(name) in _KINDS else 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,14 +194,8 @@ class Moments:
             time_s = index / self._rate
         return Clock(index, time_s, frames is not None, tuple(notices))
 
-    def _of_kind(self, kind: str) -> list[str]:
-        """Fields of that kind, those first that the table of names has first."""
-        order = list(_KINDS)
-        names = [name for name in self._values if kind_of(name) == kind]
-        return sorted(names, key=lambda name: order.index(plain(name)) if plain(name) in _KINDS else 0)
-
     def _check_one_recording(self) -> None:
-        for name in (*self._of_kind("recording"), *self._of_kind("image")):
+        for name in (*of_kind("recording", self._values), *of_kind("image", self._values)):
             values = [str(value) for value in self._values[name] if value is not None]
             names = list(dict.fromkeys(values))
             numbers = kind_of(name) == "image" and all(isinstance(v, int | float) for v in self._values[name])
@@ -213,15 +208,15 @@ class Moments:
 
     def _frames(self) -> tuple[str | None, np.ndarray | None]:
         """The field that numbers the frames, and the numbers (M,)."""
-        for name in self._of_kind("frame"):
+        for name in of_kind("frame", self._values):
             if (numbers := _numbers(self._values[name])) is not None:
                 return name, numbers.astype(np.int64)
-        for name in self._of_kind("image"):
+        for name in of_kind("image", self._values):
             values = self._values[name]
             numbered = len(values) > 1 or re.search(r"\d", str(values[0]))
             if numbered and len(set(values)) == len(values):
                 return name, self._numbered(values)
-        for name in self._of_kind("unnamed"):
+        for name in of_kind("unnamed", self._values):
             numbers = _numbers(self._values[name])
             if numbers is not None and _shows(numbers) == "frames" and not _counts_rows(numbers):
                 return name, numbers.astype(np.int64)
@@ -247,7 +242,7 @@ class Moments:
 
     def _times(self) -> tuple[str | None, np.ndarray | None]:
         """The field of the times, and seconds (M,)."""
-        for name in (*self._of_kind("time"), *self._of_kind("unnamed")):
+        for name in (*of_kind("time", self._values), *of_kind("unnamed", self._values)):
             values = _numbers(self._values[name])
             if values is None:
                 continue

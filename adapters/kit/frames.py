@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from .clock import Moments, first_of, plain
+from .clock import Moments, of_kind, plain
 from .json import beginning, each, frame_number, load, numbers, stem
 
 _PEOPLE = (
@@ -267,8 +267,7 @@ def name_of(person: Mapping[str, Any], where: str) -> str | None:
         return track_named(person["idx"], where)
     # COCO's annotations have numbers of their own.
     keys = [key for key in person if key != "id" or "image_id" not in person]
-    at = first_of("person", keys)
-    name = None if at is None else person[keys[at]]
+    name = next((person[key] for key in of_kind("person", keys)), None)
     return None if name is None or isinstance(name, list | dict) or name == -1 else str(name)
 
 

@@ -249,7 +249,7 @@ def in_pixels(shares: np.ndarray, image_size: tuple[int, int] | None, where: str
         raise InputError(
             "needs-input",
             f"{where}: expected pixels, got shares of the image's width and height; give the video, or the size of "
-            "its images (--set read.image_size=1920x1080).",
+            "its images (--set read.image_size=1920x1080, of inspect -O image_size=1920,1080).",
         )
     return shares * image_size
 

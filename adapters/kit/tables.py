@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from .clock import Clock, Moments, first_of, kind_of, plain
+from .clock import Clock, Moments, kind_of, of_kind, plain
 from .opened import first_lines, opened_text
 
 _AXIS = {
@@ -205,7 +205,7 @@ def _stacked(rows: list[list[str]], delimiter: str) -> Header | None:
 def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     plain_names = [plain(name) for name in names]
     label = next((i for i, name in enumerate(plain_names) if name in _LABELS), None)
-    person = first_of("person", names)
+    person = next((names.index(name) for name in of_kind("person", names)), None)
     short = ["_".join(part for part in name.split("_") if part not in _LEFT_OUT) for name in plain_names]
     if any("world" in name for name in plain_names):  # the image's coordinates may stand beside these
         short = [

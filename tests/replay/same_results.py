@@ -341,7 +341,9 @@ def _write_golden(inputs: Path) -> dict[str, str]:
         gives = adapters()[golden.adapter].gives
         if gives not in ("poses", "keypoints"):
             continue  # other commands read films and sensors
-        options = [f"{key}={value}" for key, value in golden.options.items()]
+        options = [
+            f"{key}={','.join(map(str, np.atleast_1d(value)))}" for key, value in golden.options.items()
+        ]
         alone = [f"--adapter {golden.adapter}"] * golden.by_name + [f"-O {option}" for option in options]
         commands[f"inspect/{name}"] = " ".join([f"inspect {place} --json", *alone])
         of_2d = [
