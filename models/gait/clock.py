@@ -22,7 +22,7 @@ _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and
 # Seconds in which a leg swings: 0.33 to 0.63 in 68 lifted walks of validation and training people, slow ones among
 # them; 0.20 and more in runs. A leg that hangs and falls takes 0.7 to 0.8. With these limits none of 1,127 captured
 # takes is doubted.
-_QUICKEST, _SLOWEST = {"walk": 0.3, "run": 0.19}, 0.66
+_QUICKEST, _SLOWEST = {"walk": 0.25, "run": 0.19}, 0.66
 _USUAL = {"walk": 0.43, "run": 0.28}
 # A stance is so many times as long as a swing: 1.39 and more in these walks. A foot is higher in a swing of a walk than
 # in a stance by less than so many lengths of a leg, in a skip by more. Many runs are such too, but with knees bent:
