@@ -4,9 +4,9 @@ Each pose is placed where its joints lie best on the rays of the keypoints (sign
 off then is least for the frames that belong together: as they are numbered, some frames earlier or later, or by another
 rate. A numbering that is right betters every part of a take; by chance one betters some.
 Of 142 lifts of noisy keypoints and six files of other lifters none is off its own keypoints by more than 0.062 of the
-stature, of 60 pairs of different recordings none by less than 0.070; those are as far off as in another order of rows,
-lifts of kicks and squats are not. In 118 sound takes of 36 to 240 rows another shift or rate betters four of six parts
-by a factor of 1.075 at most.
+stature, of 60 pairs of different recordings none by less than 0.070; those are nearly as far off as in another order of
+rows, sound ones that are off by so much are not. In 122 sound takes of 36 to 240 rows another shift or rate betters
+four of six parts by a factor of 1.075 at most.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ _OFTEN = 0.2  # of the rows; somebody who swings evenly is midway in fewer
 _TOGETHER = 10  # rows in which two joints stay at one point
 # By how much less bones vary in length where two joints are in each other's place. Two of one name: of 300 sound takes
 # of the test bed none has shorter bones then that vary less at all; with two exchanged 74 to 99 % have (hips 39 %), of
-# lifts all. Any two, whose bones have to be so many times shorter too: of 313 sound takes of people who stand none is
+# lifts all. Any two, whose bones have to be so many times shorter too: of 323 sound takes of people who stand none is
 # shorter by more than 1.01 where they vary 1.1 times less.
 _STEADIER, _ANY_STEADIER, _ANY_SHORTER = 1.1, 1.2, 1.2
 _UPRIGHT = (
@@ -60,7 +60,7 @@ _NOISE, _NOISE_MOVES = 0.5, {2: 0.1, 3: 1e-3}
 # differences are 1.2 times its second ones, those of a moving average or of exponential smoothing 1.5 times and more.
 _TREMBLES, _TREMBLES_UNCUT, _UNCUT = 0.006, 0.015, 1.5
 # At a regular row movements are longer than the mean of those beside them by this logarithm, and in so large a share
-# longer than three in four others. Of 313 sound takes of 36 to 240 rows the share is 0.88 at most; where every second
+# longer than three in four others. Of 323 sound takes of 36 to 240 rows the share is 0.88 at most; where every second
 # to fifth row is lost 0.92 and more.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.9, 8
 _PERIODS = range(2, 7)  # 60 frames a second made into 50, 48, 40 and 30

@@ -40,7 +40,7 @@ _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 # Spread of bones up to which nothing was lost along an axis in which nothing moves, as of somebody who walks exactly
 # along another; of a walk that has lost one it is 0.10 and more.
 _IN_A_PLANE = 0.05
-# How many times too small or too large depth is at least. In 313 sound lifts of 36 to 240 rows it is 1.44 and 1.1 at
+# How many times too small or too large depth is at least. In 201 sound lifts of 36 to 240 rows it is 1.44 and 1.11 at
 # most.
 _DEPTH = {"small": 1.5, "large": 1.15}
 _ENOUGH_ROWS = 10
