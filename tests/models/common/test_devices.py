@@ -72,12 +72,6 @@ def answers():
 ON_CPU = answers()
 
 
-def test_a_missing_device_is_refused_with_what_is_offered_and_what_to_install():
-    expected = r"offers here \(cpu\), got --device cuda; install onnxruntime-gpu"
-    with pytest.raises(InputError, match=expected), computing_on("cuda"):
-        pass
-
-
 def test_a_run_refuses_a_missing_device_and_leaves_nothing(tmp_path):
     poses = tmp_path / "poses.npy"
     np.save(poses, POSES)

@@ -139,17 +139,13 @@ def walking(frames: int) -> list[Box]:
 
 
 def film_in(folder: Path) -> Callable[..., Video]:
-    """film(images, stamps_ms=None, name="film.mp4", rotation=None): a video of these images, H.264 with B-frames;
-    rotation: the display matrix's, in degrees anticlockwise."""
+    """film(images, stamps_ms=None, name="film.mp4"): a video of these images, H.264 with B-frames."""
 
     def make(
-        images: Sequence[np.ndarray],
-        stamps_ms: Sequence[int] | None = None,
-        name: str = "film.mp4",
-        rotation: int | None = None,
+        images: Sequence[np.ndarray], stamps_ms: Sequence[int] | None = None, name: str = "film.mp4"
     ) -> Video:
         stamps = stamps_ms or [round(1000 * i / 30) for i in range(len(images))]
-        path = film_of(folder / name, images, stamps, rotation=rotation, crf=12, bf=2, g=12)
+        path = film_of(folder / name, images, stamps, crf=12, bf=2, g=12)
         return read(path)[0]
 
     return make

@@ -84,10 +84,3 @@ def test_a_file_put_in_place_by_hand_is_taken(toy, tmp_path, monkeypatch):
     network.path.write_bytes(toy.read_bytes())
     assert network.open() == network.path
     assert open_model("detectors", toy) == toy
-
-
-def test_networks_are_listed():
-    lines = commands.pcnet3d("list", "models").stdout.splitlines()
-    (line,) = [line for line in lines if line.startswith("movenet ")]
-    assert "Apache-2.0" in line
-    assert MOVENET.sha256[:12] in line

@@ -109,16 +109,6 @@ def test_a_file_that_is_no_network(tmp_path, content):
         load_detector(path)
 
 
-@pytest.mark.parametrize("crop", [Crop(-30, -20, 90, 90), Crop(50, 10, 40, 60), Crop(400, 400, 10, 10)])
-def test_a_crop_that_reaches_beyond_the_image(crop):
-    """Cut at its own size, every pixel is that of the image, or the grey beyond."""
-    image = np.random.default_rng(1).integers(0, 256, (80, 100, 3), dtype=np.uint8)
-    canvas = np.full((1000, 1000, 3), 7, np.uint8)
-    canvas[200:280, 200:300] = image
-    expected = canvas[200 + crop.top :, 200 + crop.left :][: crop.height, : crop.width]
-    np.testing.assert_array_equal(crop.cut(image, (crop.width, crop.height), fill=7), expected)
-
-
 @pytest.mark.data("lifter", "models", "video")
 def test_a_real_network_on_real_video_agrees_with_the_stored_keypoints(data):
     """Mean distance of sure joints over the body's height; the stored ones were made with other crops."""

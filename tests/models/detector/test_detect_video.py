@@ -230,16 +230,6 @@ def test_odd_sizes_and_a_single_frame(film, toys, toy, size, frames):
     assert off(found, toys, [box] * frames) < 1.5
 
 
-@pytest.mark.parametrize("clockwise", [90, 180, 270])
-def test_rotation_by_metadata_is_obeyed(film, toys, toy, clockwise):
-    """The image is stored turned; shown, the person is where it was drawn."""
-    box = (100.0, 30.0, 160.0, 220.0)
-    stored = np.rot90(toys.scene(box, size=(320, 240)), clockwise // 90)
-    video = film([np.ascontiguousarray(stored)] * 3, rotation=-clockwise)
-    assert video.rotation_deg == clockwise
-    assert off(detect(video, load_detector(toy)), toys, [box] * 3) < 1.5
-
-
 def test_uneven_time_stamps_are_the_videos(film, toys, toy):
     stamps = [0, 10, 70, 80, 200, 210]
     found = detect(film([toys.scene(box) for box in toys.walking(6)], stamps_ms=stamps), load_detector(toy))

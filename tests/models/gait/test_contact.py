@@ -10,7 +10,6 @@ from pcnet3d.models.gait.gait import separation
 from pcnet3d.models.lab.fits.contact import in_body
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import H36M17
-from refusals import refused
 
 
 def body_of(walk):
@@ -79,11 +78,6 @@ def test_missing_legs_are_missing_contacts_and_nothing_crosses_a_seam(walk):
         * leg_lengths(other, walk.time_s[60:], (30,))[0],
         whole[:30] * leg_lengths(body[60:], walk.time_s[60:], (30,))[0],
     )
-
-
-def test_other_joints_are_refused(walk):
-    with refused("wrong-content"):
-        contacts(body_of(walk)[:, :16], walk.time_s)
 
 
 def test_true_stances_of_the_walker_are_those_of_a_gait_laboratory(walk):

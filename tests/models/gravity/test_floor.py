@@ -126,22 +126,6 @@ def test_without_feet_in_several_places_there_is_no_floor(turning, change):
     assert floor_plane(joints, up, time_s) is None
 
 
-@pytest.mark.parametrize("unit_", ["m", "mm"])
-def test_a_take_in_the_cameras_own_coordinates_is_levelled_by_the_floor(turning, unit_):
-    camera = camera_of(turning)
-    relative = camera_poses(turning, camera)
-    joints = camera.points(turning.world) * (1000 if unit_ == "mm" else 1)
-    placed = relative.with_(joints=joints, frame=CAMERA.with_(origin="camera", unit=unit_))
-    alone, floored = (rectify(poses, "geometric") for poses in (relative, placed))
-    errors = [angle_deg(r.R_source_from_level[:, 2], camera.up) for r in (alone, floored)]
-    assert errors[0] > 2  # the squat's lean
-    assert errors[1] < 1.5
-    assert floored.up_shares["floor"] > 0.3
-    assert "floor" not in alone.up_shares
-    assert sum(floored.up_shares.values()) == pytest.approx(1)
-    assert floored.up_error_deg[0] < alone.up_error_deg[0]
-
-
 def test_a_place_without_a_scale_or_that_never_changes_is_no_path(turning):
     camera = camera_of(turning)
     relative = camera_poses(turning, camera)

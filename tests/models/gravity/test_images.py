@@ -169,14 +169,6 @@ def test_where_no_image_tells_the_bodies_do():
     assert error[10] < 2 < error[-1] < 6.1
 
 
-def test_no_look_is_carried_over_a_clip_boundary():
-    time_s = np.arange(60) / 30
-    bodies = ups(np.concatenate([np.full(30, 10.0), np.full(30, 40.0)]))
-    looks = [look(0.5, ups(np.array(10.0)))]
-    up = heard(bodies, 6.0, time_s, looks, seams=(30,)).up
-    np.testing.assert_allclose(up[45], bodies[45], atol=1e-9)
-
-
 def test_one_look_that_is_quite_another_counts_less():
     time_s = np.arange(90) / 30
     true = ups(np.full(90, 10.0))

@@ -229,16 +229,6 @@ def test_an_image_that_several_people_outvote_is_still_told(seen, two):
     assert {"person 0", "person 1"} < up.own.keys()
 
 
-def test_people_that_an_image_outvotes_are_still_told(seen, two):
-    """Everybody leans by 45 degrees."""
-    across = Rotation.from_rotvec(np.radians(45) * unit(np.cross(seen.up[0], Z))).as_matrix()
-    leaning = [replace(one, R_camera_from_body=across @ one.R_camera_from_body) for one in two]
-    up = level_people(leaning, (), look_at(seen.up[0]))[0].up
-    assert "The image is believed" in up.notices[0].text
-    assert up.shares == {"image": 1.0}
-    assert up.own.keys() == {"person 0", "person 1", "image"}
-
-
 def test_people_of_one_name_each_have_their_share(two):
     up = level_people([replace(one, name="person") for one in two])[0].up
     assert up.shares == pytest.approx({"person (1)": 0.5, "person (2)": 0.5}, abs=0.05)

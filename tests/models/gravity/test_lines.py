@@ -66,18 +66,6 @@ def test_errors_are_about_as_stated():
     )  # cautious: segments of images are not independent, these are
 
 
-def test_one_direction_has_no_second_support():
-    segments, _ = world_segments(2, 10, 0, 0.8, shares=(0, 120, 0, 40))
-    assert np.sort(lines.support(segments, lines.fits(segments)[0]))[-2] < 15
-    segments, _ = world_segments(2, 10, 0, 0.8)
-    assert np.sort(lines.support(segments, lines.fits(segments)[0]))[-2] > 15
-
-
-def test_too_few_segments_give_nothing():
-    segments, _ = world_segments(0, 10, 0, 0.8, shares=(2, 2, 2, 0))
-    assert lines.fits(segments) == []
-
-
 @pytest.mark.parametrize(("pitch", "roll"), [(0, 0), (20, 13), (-10, -26), (45, 0), (89, 0)])
 def test_the_tangent_directions_are_pitch_and_roll(pitch, roll):
     up = view_rotation(np.array(30.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]

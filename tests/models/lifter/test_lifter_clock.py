@@ -117,24 +117,6 @@ def test_a_line_goes_from_sighting_to_sighting():
     np.testing.assert_array_equal(np.isfinite(filled[:, 1, 0]), np.arange(9) == 3)
 
 
-@pytest.mark.parametrize(
-    ("rate", "finer", "phases"),
-    [
-        (2, 15, (1,)),
-        (10, 3, (1,)),
-        (24, 1, (1,)),
-        (30, 1, (1,)),
-        (59.94, 1, (1, 2)),
-        (120, 1, (2, 4)),
-        (240, 1, (4, 8)),
-    ],
-)
-def test_the_clock_is_one_that_the_network_knows(rate, finer, phases):
-    clock = clock_of(rate)
-    assert (clock.finer, clock.phases) == (finer, phases)
-    assert all(20 <= rate * clock.finer / each <= 60 for each in clock.phases)
-
-
 @pytest.mark.parametrize("fps", [10, 40])
 def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps):
     keypoints, camera, _ = seen(fps)

@@ -235,12 +235,6 @@ def test_a_jump_before_a_camera_that_may_move_has_no_error(twice):
     assert all(np.max(shaken[name]) > np.max(known[name]) for name in errors)
 
 
-def test_ankles_that_nobody_saw_leave_the_floor_unknown(twice):
-    rows = (twice.poses.times > 1.15) & (twice.poses.times < 1.35)
-    (found,) = airborne(without(twice, rows, H36M17.index("r_ankle"))).flights
-    assert found.apex_s == pytest.approx(3.0, abs=0.02)
-
-
 def test_a_fall_of_another_pace_is_none():
     world, time_s = jumping()
     found = airborne(filmed(world, 2 * time_s))

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from golden.bodies import BODY_AND_FEET, feet_in, feet_of, turning, with_feet
-from pcnet3d.pipeline import BODY, CAMERA, H36M17, PoseSequence, change_frame, remap, rotate
-from pcnet3d.pipeline.core.frames import PC_CAMERA
+from pcnet3d.pipeline import BODY, CAMERA, H36M17, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, body_in, body_of
 from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.pipeline.signals.swaps import Swap, mask_swaps
 from pcnet3d.stages.clean import clean, without
 from pcnet3d.stages.rectify import rectify
-from pcnet3d.stages.scale import scale
 from pcnet3d.stages.trajectories import smooth
 
 FRAMES = 60
@@ -102,20 +100,6 @@ def test_feet_do_not_count_among_the_joints_that_are_looked_at(poses):
     assert [each.code for each in findings_of(gone)] == [
         each.code for each in findings_of(poses.without_feet)
     ]
-
-
-def test_axes_units_and_origin(poses):
-    away = poses.with_(joints=poses.joints + np.array([0, 0, 3]), frame=CAMERA.with_(origin="camera"))
-    turned = change_frame(away, PC_CAMERA.with_(unit="mm"))
-    turn = PC_CAMERA.basis @ CAMERA.basis.T
-    np.testing.assert_allclose(feet_in(turned), 1000 * rotate(turn, feet_in(poses)), atol=1e-2)
-
-
-def test_scale(poses):
-    small = poses.with_(joints=poses.joints / 3, frame=CAMERA.with_(unit="arbitrary"))
-    again = scale(small, 1.7)[0]
-    factor = again.history[-1].options["factor"]
-    np.testing.assert_allclose(feet_in(again), feet_in(small) * factor, rtol=1e-5)
 
 
 @pytest.mark.parametrize("handedness", ["mirror", "swap", "swap-legs"])

@@ -13,10 +13,8 @@ from pcnet3d.pipeline.core.figures import (
     TOGETHER,
     UNITS,
     WITHHELD,
-    label_of,
 )
 from pcnet3d.pipeline.core.measures import Measure, Measures, Moments, Remark, withheld, within
-from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 
 
 def test_what_is_not_in_the_catalogue_cannot_be_made():
@@ -51,12 +49,6 @@ def test_every_row_of_the_catalogue_is_whole_and_names_one_quantity():
     assert FIGURES["cadence"].error_key == "cadence_error_spm"
     assert FIGURES["step_time_symmetry_index"].within_key == "step_time_within_error"
     assert FIGURES["walking_speed"].label_with_unit() == "speed (m/s)"
-
-
-def test_angles_have_the_clinical_word_first():
-    assert label_of("r_thigh_trunk_flexion") == "right hip flexion (thigh against trunk)"
-    labels = {label_of(name) for name in ALL_ANGLES}
-    assert len(labels) == len(ALL_ANGLES)
 
 
 def test_a_group_answers_for_its_figures():

@@ -35,12 +35,6 @@ def test_how_much_is_said(detail, kinds, capsys):
     assert said.out == ("" if detail == "quiet" else "a line of results\n")
 
 
-def test_a_count_of_one_is_singular():
-    assert [messages.how_many(count, "row") for count in (0, 1, 2)] == ["0 rows", "1 row", "2 rows"]
-    assert messages.how_many(1, "person", "people") == "1 person"
-    assert messages.how_many(2, "person", "people") == "2 people"
-
-
 def test_spans_of_time_in_a_sentence():
     spans = [(0.5, 1), (2, 3), (4, 5.125)]
     assert messages.spans_in_words(spans[:1]) == "0.50 to 1.00 s"
@@ -82,16 +76,3 @@ def test_no_colour_where_none_is_wanted(monkeypatch):
         monkeypatch.setattr(sys, "stderr", Terminal())
         messages.say("warning", "look here")
         assert bool(coloured.search(sys.stderr.getvalue())) == wanted  # type: ignore[attr-defined]
-
-
-def test_kinds_stand_apart_on_a_terminal_and_long_lines_are_indented(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "30")
-    monkeypatch.setenv("NO_COLOR", "1")
-    monkeypatch.setattr(sys, "stderr", Terminal())
-    messages.say_all("note", ["one"])
-    messages.say_all("warning", ["many words " * 5, "two"])
-    messages.say_all("repair", [])
-    said = re.sub(r"\x1b\[[\d;]*m", "", sys.stderr.getvalue()).splitlines()  # type: ignore[attr-defined]
-    assert [line.strip() == "" for line in said[:4]] == [True, False, True, False]
-    assert said[4].startswith(" " * len("warning: ") + "m")
-    assert said[-1].startswith("warning: two")

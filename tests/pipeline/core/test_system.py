@@ -129,12 +129,6 @@ def test_windows_never_sends_signal_0_which_would_end_the_process(on, monkeypatc
 
 
 @SYSTEMS
-def test_cores_are_given(on, name):
-    on(name)
-    assert 1 <= system.cores_given() <= (os.cpu_count() or 1)
-
-
-@SYSTEMS
 def test_a_process_is_ended_with_what_it_started(on, name, tmp_path):
     code = (
         "import pathlib, subprocess, sys\n"

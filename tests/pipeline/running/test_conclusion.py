@@ -6,9 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.pipeline import Z_UP, Take
-from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.messages import set_detail
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
@@ -139,16 +137,6 @@ def test_of_unusable_poses_up_is_not_known_by_the_poses(take, gravity, known):
     assert (written["up_error_deg"] is None, written["up_bound_deg"] is None) == (not known, not known)
 
 
-def test_what_moved_is_said_as_the_report_says_it(take):
-    measured = take.with_(
-        measures=rows_of({"walking": {"gait": "walking", "steps": 4, "cadence_spm": 112.0}})
-    )
-    words = first_line(measured)
-    assert words.startswith(f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames. ")
-    assert words.endswith(" ".join(answer(measured)))
-    assert "4 steps" in words
-
-
 def test_up_of_a_take_in_which_nobody_stands_is_known_unless_the_picture_is_turned(take):
     level = take.rectified.level
     laid = replace(take.rectified, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
@@ -156,18 +144,6 @@ def test_up_of_a_take_in_which_nobody_stands_is_known_unless_the_picture_is_turn
     assert "turned" not in trust(take)[1]
     known = replace(laid, source=Z_UP, camera=None)
     assert "turned" not in trust(take.with_(rectified=known))[1]
-
-
-@pytest.mark.parametrize(("weight", "code"), [("note", 0), ("suspicious", 3), ("unusable", 4)])
-def test_the_gravest_finding_counts(take, weight, code):
-    assert trust(take.with_(findings=(own_notice("test.x", "Why.", weight),)))[0] == code
-
-
-def test_why_a_take_is_not_levelled_is_said(take):
-    tilted = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="they lie"))
-    code, words = trust(tilted)
-    assert code == 4
-    assert words.endswith("the take is not levelled: they lie")
 
 
 def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):

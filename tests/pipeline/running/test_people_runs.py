@@ -125,20 +125,6 @@ def test_what_cannot_be_for_all_people_is_refused_and_leaves_no_folder(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_crash_leaves_the_old_folder(output, mmpose, recipe, monkeypatch):
-    before = (output / SUMMARY).read_text()
-
-    def crash(*_):
-        raise RuntimeError
-
-    monkeypatch.setattr("pcnet3d.pipeline.running.run._entry", crash)
-    with pytest.raises(RuntimeError):
-        run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
-    assert (output / SUMMARY).read_text() == before
-    assert (output / "1" / "poses.npz").exists()
-    assert not list(output.parent.glob(".out*"))
-
-
 def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(output, mmpose, recipe):
     run_files(RunOptions(poses=mmpose(), fps=30, person="1"), output, recipe)
     assert not (output / "0").exists()

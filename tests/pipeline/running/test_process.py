@@ -156,11 +156,7 @@ def test_options_are_those_of_a_run(joints):
     assert pcnet3d.process(poses=joints, fps=FPS, recipe=recipe.without("export")).kinematics is not None
 
 
-def test_a_mirrored_or_inverted_body_is_refused_as_of_a_file(joints, keypoints):
-    for change, code in (([-1, 1, 1], "sides-swapped"), ([1, -1, -1], "wrong-axes")):
-        with refused(code):
-            pcnet3d.process(poses=joints * change, fps=FPS)
-        assert pcnet3d.process(poses=joints * change, fps=FPS, check="off").findings
+def test_a_lift_that_is_mirrored_is_refused(joints, keypoints):
     with refused("sides-swapped"):
         pcnet3d.process(keypoints=keypoints, fps=FPS, image_size=SIZE, lift=lambda *_: joints * [-1, 1, 1])
 

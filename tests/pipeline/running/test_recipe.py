@@ -137,10 +137,6 @@ def reader(path, scale: float, pixel: bool = False) -> tuple:
     return path, scale, pixel
 
 
-def test_options_from_text_become_what_the_signature_asks_for():
-    assert call(reader, "p", what="Adapter", options={"scale": "2.5", "pixel": "true"}) == ("p", 2.5, True)
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [

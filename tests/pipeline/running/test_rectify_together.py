@@ -6,10 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from golden.ups import stated_deg
 from pcnet3d.models.gravity.votes import LEAN_DEG
-from pcnet3d.pipeline import InputError, Take, rotate
+from pcnet3d.pipeline import InputError, rotate
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.stages import rectify, rectify_together
-from pcnet3d.stages.rectify import Rectify
 
 
 def headings_deg(rectified) -> np.ndarray:
@@ -118,13 +117,3 @@ def test_a_world_that_knows_gravity_is_everybodys_level(scene):
 def test_worlds_and_cameras_do_not_mix(scene):
     with pytest.raises(InputError, match="one frame"):
         rectify_together([scene.poses[0], scene.walks[1].poses])
-
-
-def test_the_stage_does_to_one_what_it_does_to_each(scene):
-    takes = [Take(str(i), poses=poses) for i, poses in enumerate(scene.poses)]
-    stage = Rectify("geometric")
-    done = stage.together(takes)
-    assert [take.name for take in done] == ["0", "1"]
-    for take, rectified in zip(done, rectify_together(scene.poses, "geometric"), strict=True):
-        assert take.rectified is not None
-        np.testing.assert_array_equal(take.rectified.body.joints, rectified.body.joints)

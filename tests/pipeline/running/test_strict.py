@@ -17,25 +17,18 @@ def joints() -> np.ndarray:
     return camera_poses(walk, side_camera(walk)).joints[:54]
 
 
-def _as_it_is(joints):
-    return joints
-
-
 def _repeated(joints):
     joints[10:40:3] = joints[9:39:3]
     return joints
 
 
-def _flat(joints):
-    return joints * [1, 1, 1e-3]
-
-
-def _lying(joints):
-    return joints[..., [1, 0, 2]] * [1, -1, 1]
-
-
-def _short(joints):
-    return joints[:5]
+CHANGES = {
+    "none": lambda joints: joints,
+    "repeated": _repeated,
+    "flat": lambda joints: joints * [1, 1, 1e-3],
+    "lying": lambda joints: joints[..., [1, 0, 2]] * [1, -1, 1],
+    "short": lambda joints: joints[:5],
+}
 
 
 @pytest.fixture
@@ -43,7 +36,7 @@ def run(joints, tmp_path):
     """run(change, *words): exit code, the line about trust and the folder."""
 
     def call(change, *words: str):
-        np.save(tmp_path / "poses.npy", change(joints.copy()))
+        np.save(tmp_path / "poses.npy", CHANGES[change](joints.copy()))
         recipe = recipe_of(tmp_path / "quick.toml", "rectify", "trajectories", "export")
         out = tmp_path / "out"
         given = ["--poses", tmp_path / "poses.npy", "--adapter", "videopose3d", "--fps", 30, "-o", out]
@@ -55,12 +48,12 @@ def run(joints, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "code"), [(_as_it_is, 0), (_repeated, 3), (_flat, 4), (_lying, 3), (_short, 4)]
+    ("change", "code"), [("none", 0), ("repeated", 3), ("flat", 4), ("lying", 3), ("short", 4)]
 )
 def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, change, code, tmp_path):
     ended, last, out = run(change, "--strict", "--set=read.handedness=ignore")
     assert ended == code
-    if change in (_as_it_is, _repeated, _flat):  # whose faults are in the file, where inspect sees them
+    if change in ("none", "repeated", "flat"):  # whose faults are in the file, where inspect sees them
         assert pcnet3d("inspect", tmp_path / "poses.npy", "--adapter", "videopose3d").returncode == code
     assert code == 0 or last.endswith(f"(exit code {code}, as --strict asks)")
     files = sorted(path.name for path in out.iterdir())
@@ -69,4 +62,4 @@ def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, chang
     assert code == 0 or last.endswith(f"(--strict makes the exit code {code})")
     assert sorted(path.name for path in out.iterdir()) == files  # the results are there in any case
     level_ok = json.loads((out / "summary.json").read_text())["rectification"]["level_ok"]
-    assert level_ok == (change is not _short)
+    assert level_ok == (change != "short")
