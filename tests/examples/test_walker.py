@@ -9,7 +9,6 @@ from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, SEGMENTS
 from pcnet3d.pipeline.core.layouts import HALPE26
-from pcnet3d.pipeline.core.rotations import angle_deg
 from refusals import refused
 
 # Ends of the phases of the gait cycle: percent, thigh to the vertical, knee flexion (Perry & Burnfield 2010).
@@ -27,11 +26,6 @@ def fine() -> Walk:
 
 def bone(walk: Walk, start: str, end: str) -> np.ndarray:
     return walk.joint(end) - walk.joint(start)
-
-
-def signed_deg(a: np.ndarray, b: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """(T,) degrees from a to b about the axis that points left (right-handed)."""
-    return np.degrees(np.arctan2((np.cross(a, b) * left).sum(-1), (a * b).sum(-1)))
 
 
 def left_of(walk: Walk) -> np.ndarray:
@@ -54,29 +48,6 @@ def test_bones_have_the_lengths_of_the_table_in_every_frame(stature_m):
         np.testing.assert_allclose(length, fraction * stature_m, atol=1e-9, err_msg=f"{start} {end}")
     for start, end in (("thorax", "nose"), ("nose", "head")):
         assert np.ptp(np.linalg.norm(bone(walk, start, end), axis=-1)) < 1e-9
-
-
-@pytest.mark.parametrize("side", ["l", "r"])
-def test_joint_angles_recomputed_from_positions(walk, side):
-    left = left_of(walk)
-    trunk, thigh = bone(walk, "pelvis", "thorax"), bone(walk, f"{side}_hip", f"{side}_knee")
-    shank = bone(walk, f"{side}_knee", f"{side}_ankle")
-    upper_arm, forearm = (
-        bone(walk, f"{side}_{start}", f"{side}_{end}")
-        for start, end in (("shoulder", "elbow"), ("elbow", "wrist"))
-    )
-    # Right-handed about left, a segment that hangs down swings backwards.
-    found = {
-        "thigh_trunk_flexion": -signed_deg(-trunk, thigh, left),
-        "knee_flexion": signed_deg(thigh, shank, left),
-        "shoulder_flexion": -signed_deg(-trunk, upper_arm, left),
-        "elbow_flexion": -signed_deg(upper_arm, forearm, left),
-    }
-    for name, angle in found.items():
-        np.testing.assert_allclose(angle, walk.angles_deg[f"{side}_{name}_deg"], atol=1e-6, err_msg=name)
-    np.testing.assert_allclose(
-        angle_deg(thigh, shank), walk.angles_deg[f"{side}_knee_flexion_deg"], atol=1e-6
-    )
 
 
 @pytest.mark.parametrize("heading_deg", [0.0, 130.0])

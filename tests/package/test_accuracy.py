@@ -90,15 +90,6 @@ def test_every_figure_is_of_the_shipped_networks():
     assert write.stale(FIGURES) == []
 
 
-def test_a_new_network_asks_for_new_figures(monkeypatch):
-    monkeypatch.setattr(write, "shipped", lambda: {"lifter": "new", "pcnet": "old", "paper": "old"})
-    block = {"command": "pcnet3d lab evaluate takes", "networks": {"lifter": "old", "pcnet": "old"}}
-    (sentence,) = write.stale({"takes": block})
-    assert (
-        "another lifter (old) than the shipped one (new); run `pcnet3d lab evaluate takes -o DIR`" in sentence
-    )
-
-
 def test_an_evaluation_replaces_its_block_only():
     measured = evaluation()
     measured["standing"]["skeletons alone"]["mean"]["up_deg"] = 12.34567
@@ -110,11 +101,6 @@ def test_an_evaluation_replaces_its_block_only():
     wanted = copy.deepcopy(FIGURES["real_take"]["figures"])
     wanted["standing"]["skeletons alone"]["mean"]["up_deg"] = 12.3457
     assert block["figures"] == wanted
-
-
-def test_only_figures_that_are_quoted_are_kept():
-    tree = {"a": {"b": 1.23456, "c": 2}, "d": {"b": 3}}
-    assert write.picked(tree, ["a/b", "d/*"]) == {"a": {"b": 1.2346}, "d": {"b": 3}}
 
 
 @pytest.mark.parametrize(
@@ -135,20 +121,3 @@ def test_an_evaluation_of_something_else_is_refused(wrong, words):
 def test_a_file_without_any_block_is_refused():
     with pytest.raises(InputError, match="evaluate takes"):
         write.updated(FIGURES, {"report": "swaps"})
-
-
-def test_one_command_measures_what_is_not_there(tmp_path, monkeypatch):
-    commands = []
-    monkeypatch.setattr(write.subprocess, "run", lambda words, check: commands.append(words))
-    (tmp_path / "takes").mkdir()
-    (tmp_path / "takes" / "evaluation.json").write_text("{}")
-    paths = write.measured(tmp_path, "a new network")
-    assert len(paths) == len(write.BLOCKS) == len(commands) + 1
-    assert not any("takes" in words for words in commands)
-    (lifter,) = (words for words in commands if "lifter" in words)
-    assert lifter[3:] == [
-        "lifter", "--sets", "test", "--because", "a new network", "-o", str(tmp_path / "lifter"),
-    ]  # fmt: skip
-    (errors,) = write.measured(tmp_path)
-    assert errors == str(tmp_path / "errors" / "errors.json")
-    assert commands[-1][3:] == ["errors", "--seed", "5", "-o", str(tmp_path / "errors")]

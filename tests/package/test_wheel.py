@@ -14,8 +14,6 @@ import yaml
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
-import pcnet3d
-
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -55,10 +53,6 @@ def test_every_part_tells_its_types(names):
     assert "pcnet3d/py.typed" in names
     packages = {name.rpartition("/")[0] for name in names if name.endswith(".py")}
     assert {f"{package}/__init__.py" for package in packages} <= names
-
-
-def test_the_version_is_at_hand():
-    assert pcnet3d.__version__ == PROJECT["version"]
 
 
 def test_the_licence_comes_with_it(names, wheel, metadata):

@@ -13,7 +13,6 @@ import pyarrow.parquet as parquet
 import pytest
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 
@@ -110,20 +109,3 @@ def test_a_run_reads_by_its_adapter_goes_through_its_stage_and_ends_with_its_wri
     assert "l_reach_distance" not in columns.column_names
     paths = json.loads((tmp_path / "out" / "paths.json").read_text())["paths"]
     np.testing.assert_allclose(paths["r_wrist"], wrist, atol=1e-6)
-
-
-def test_its_lifter_gets_all_that_the_built_in_one_gets(fresh, tmp_path):
-    """The focal length and up that the user tells."""
-    walk = walker(seconds=4)
-    files = write_files(tmp_path, walk, side_camera(walk))
-    told = (
-        *("--lifter", "cardboard", "--focal", "600"),
-        *("--set", "read.pitch=0", "--set", "read.roll=0", "--set", "read.handedness=ignore"),
-    )
-    out = tmp_path / "out"
-    run(fresh / "pcnet3d", "run", files.video, "--keypoints", files.keypoints, *told, "-o", out)
-    summary = json.loads((out / "summary.json").read_text())
-    (step,) = (step for step in summary["history"] if step["name"] == "lift")
-    said = {name: step["options"][name] for name in ("model", "focal_px", "focal_known", "up_known")}
-    assert said == {"model": "cardboard@1", "focal_px": 600.0, "focal_known": True, "up_known": True}
-    assert summary["poses"]["made_by"] == {"kind": "estimated", "by": "cardboard@1", "in_run": True}

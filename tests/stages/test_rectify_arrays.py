@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import torch
 
-import pcnet3d
 from golden.detections import AS_COCO
 from pcnet3d.adapters import read
 from pcnet3d.models import LiveRectifier
@@ -162,11 +161,6 @@ def test_live_tells_what_its_first_seconds_show(joints):
     assert "duplicates" in [each.code for each in one_by_one(joints).notices]
 
 
-def test_a_take_by_hand_has_its_findings(joints):
-    done = GEOMETRIC(by_hand(_frozen(joints)))
-    assert "duplicates" in [each.code for each in done.findings]
-
-
 @pytest.mark.parametrize(
     ("values", "options", "code"),
     [
@@ -202,7 +196,3 @@ def test_poses_say_their_own_axes(joints):
         rectify(by_hand(joints).poses, axes="z-up")
     with refused("sides-swapped"):
         rectify_together([by_hand(joints).poses, by_hand(MIRRORED * joints).poses], "geometric")
-
-
-def test_the_front_door_is_this_one():
-    assert pcnet3d.rectify is rectify

@@ -1,6 +1,5 @@
 """A take's one gravity through the stage and a whole run: bad takes, and what a user says about the camera."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
 from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Background, Look
@@ -19,13 +17,10 @@ from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import angle_deg
-from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.checks import nobody_upright
 from pcnet3d.stages.rectify import Rectify, rectify
 
 RECTIFIERS = ("pcnet", "geometric")
-MEANING = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 
 
 @pytest.fixture(scope="module")
@@ -36,15 +31,6 @@ def joints(walk, camera):
 @pytest.fixture(scope="module")
 def truth(walk, camera):
     return true_rotations(walk, camera)
-
-
-@pytest.fixture(scope="module")
-def mixed(joints, camera):
-    """(joints, truth) of two people in turn before one camera; the other one faces another way."""
-    other = walker(heading_deg=170, stature_m=1.6)
-    other_joints = change_frame(other.poses, CAMERA, camera.R_camera_from_world).joints
-    odd = (np.arange(len(joints)) % 2).astype(bool)
-    return np.where(odd[:, None, None], other_joints, joints), odd, true_rotations(other, camera)
 
 
 @pytest.fixture(scope="module")
@@ -142,34 +128,6 @@ def test_a_rectifier_of_another_package_that_gives_no_rotations_is_refused(joint
 
     with pytest.raises(InputError, match=r"from the rectifier broken@1 .* repair its package"):
         rectify(poses_of(joints[:20]), rectifier=Broken())
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("one", "only 1 frame"),
-        ("identical", ""),
-        ("half", "120 frames with NaN"),
-        ("mixed", "jumps of a joint"),
-        ("cut", "at frame 120"),
-    ],
-)
-def test_a_run_tells(tmp_path, joints, mixed, cut, name, words):
-    half = joints.copy()
-    half[np.random.default_rng(0).permutation(240)[:120]] = np.nan
-    takes = {
-        "one": joints[:1], "identical": np.repeat(joints[:1], 90, axis=0), "half": half, "mixed": mixed[0],
-        "cut": cut[0],
-    }  # fmt: skip
-    np.save(tmp_path / "poses.npy", takes[name])
-    sources = RunOptions(poses=tmp_path / "poses.npy", adapter="arrays", options=MEANING, fps=30)
-    take = run_files(sources, tmp_path / "out")
-    assert words in " ".join(event.text for event in take.notices)
-    assert words in json.dumps(json.loads((tmp_path / "out" / "summary.json").read_text()))
-    with np.load(tmp_path / "out" / "poses.npz", allow_pickle=False) as file:
-        assert file["level"].shape == takes[name].shape
-        rotations = file["R_source_from_level"]
-    np.testing.assert_allclose(rotations @ rotations.T, np.eye(3), atol=1e-6)
 
 
 # --- what the user says

@@ -46,7 +46,7 @@ def placed(walk, camera, run, tmp_path_factory):
     file = tmp_path_factory.mktemp("places") / "places.npz"
     np.savez(file, joints=1000 * camera.points(walk.world), time_s=walk.time_s)
     told = [f"--option={key}" for key in ("layout=H36M17", "frame=CAMERA", "unit=mm")]
-    return run("placed", "--poses", file, "--adapter", "arrays", *told, "--also", "trc")
+    return run("placed", "--poses", file, "--adapter", "arrays", *told)
 
 
 def test_the_floor_tells_up_in_a_run(placed, camera):
@@ -75,19 +75,6 @@ def test_the_walk_has_its_speed_and_lengths(placed, walk):
         assert found[side]["mean_step_length"] == pytest.approx(stride_m / 2, rel=0.02)
     way = np.linalg.norm(np.diff(walk.root, axis=0), axis=-1).sum()
     assert placed[0]["measures"]["paths"]["root"]["path_length"] == pytest.approx(way, rel=0.02)
-
-
-def test_exports_put_the_person_where_they_walked(placed, walk):
-    _, arrays, folder = placed
-    lines = (folder / "markers.trc").read_text().splitlines()
-    names = [name for name in lines[3].split("\t") if name][2:]
-    markers = np.loadtxt(lines[5:])
-    pelvis = 2 + 3 * names.index("pelvis")
-    opensim = arrays["root"] @ np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]])
-    moved = markers[:, pelvis : pelvis + 3] - opensim
-    floor = np.median(moved[:, 1])  # which is at 0
-    np.testing.assert_allclose(moved, np.broadcast_to([0, floor, 0], moved.shape), atol=0.015)  # the low-pass
-    assert np.median(markers[:, pelvis + 1] - walk.root[:, 2]) == pytest.approx(0, abs=0.05)
 
 
 def test_a_lifters_file_has_no_floor_no_way_and_says_why(walk, camera, run, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from golden.bodies import facing_camera
 from golden.films import film
 from pcnet3d.adapters import video as adapter
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, Pipeline, PoseSequence, Take, Told
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files.video_frames import images_from
@@ -135,14 +135,6 @@ def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):
             take.with_(rectified=replace(take.rectified, level=level)), tmp_path / "annotated.mp4"
         )
     assert not list(tmp_path.iterdir())
-
-
-def test_images_are_refused_where_none_may_leave_the_run(tmp_path):
-    pipeline = Pipeline((Export(tmp_path, also=("csv", "mp4")),))
-    given = ("poses", "rectified", "kinematics")
-    with pytest.raises(InputError, match=r"--also mp4, which writes annotated\.mp4"):
-        pipeline.check_given(given, told=Told(images=False))
-    pipeline.check_given(given)
 
 
 def test_no_h264_is_refused_before_the_work(tmp_path, monkeypatch):

@@ -45,7 +45,7 @@ def test_c3d_read_again_is_on_the_clock_of_the_take(ezc3d, facing_camera, tmp_pa
     np.testing.assert_allclose(poses.times, take.poses.times, atol=1e-5)
 
 
-def test_c3d_has_the_events_of_a_walk(ezc3d, take, tmp_path):
+def test_c3d_has_the_events_of_a_walk_and_none_without_one(ezc3d, take, tmp_path):
     write_c3d(take.with_(measures=rows_of(WALK)), tmp_path / "markers.c3d")
     event = {name: of["value"] for name, of in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]["EVENT"].items()
              if name != "__METADATA__"}  # fmt: skip
@@ -53,9 +53,6 @@ def test_c3d_has_the_events_of_a_walk(ezc3d, take, tmp_path):
     assert event["CONTEXTS"] == ["Right", "Left", "Right", "Right", "Left"]
     assert event["LABELS"] == ["Foot Strike", "Foot Strike", "Foot Off", "Foot Strike", "Foot Off"]
     np.testing.assert_allclose(event["TIMES"], [[0, 0, 0, 0, 1], [0.5, 1.0, 1.1, 1.5, 2.5]], atol=1e-6)
-
-
-def test_c3d_of_a_take_without_a_walk_has_no_events(ezc3d, take, tmp_path):
     write_c3d(take, tmp_path / "markers.c3d")
     assert "EVENT" not in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]
 

@@ -1,7 +1,7 @@
 """The files of a run, read back."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -13,11 +13,14 @@ from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.messages import bound_in_words
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
+from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
+
+SESSION = Session("Visit 1", "P-07", "2026-03-31")
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +35,7 @@ def take() -> Take:
         "t",
         poses=poses,
         inputs=inputs,
+        session=SESSION,
         notices=(own_notice("test.said", "careful"), notice("seam", rows=[3])),
     )
     return Trajectories(smoother="none")(Rectify("geometric")(take))
@@ -113,7 +117,7 @@ def test_summary_tells_where_everything_came_from(folder):
         "rows": None,
         "values": {"text": "careful"},
     }
-    assert summary["session"] == {}
+    assert summary["session"] == asdict(SESSION)
     assert summary["inputs"][0]["sha256"] == "0" * 64
     assert summary["poses"]["fps"] == pytest.approx(25)
     assert summary["rectification"]["method"] == "geometric"

@@ -1,6 +1,5 @@
 """Filter and formats through the command line: files there, or one sentence and exit code 2."""
 
-import json
 import subprocess
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ import pytest
 
 from commands import pcnet3d, recipe_of, refused
 from pcnet3d.pipeline import InputError, Pipeline, Told
-from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.lift import Lift
@@ -35,19 +33,6 @@ def run(tmp_path, facing_camera):
         return pcnet3d(*given), tmp_path / "out"
 
     return run
-
-
-def test_every_format_at_once(run):
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    writers = {name: point.load() for name, point in registry.registered("writers").items() if name != "mp4"}
-    formats = [argument for name in writers for argument in ("--also", name)]
-    result, folder = run(*formats, "--stature", 1.7, "--set", "trajectories.cutoff_hz=5")
-    assert result.returncode == 0, result.stderr
-    names = {path.name for path in folder.iterdir()}
-    assert names >= {writer.file for writer in writers.values()}
-    summary = json.loads((folder / "summary.json").read_text())
-    assert set(summary["files"]) == names
-    assert summary["history"][-1]["options"]["cutoff_hz"] == 5
 
 
 @pytest.mark.parametrize(

@@ -17,13 +17,6 @@ def test_folder_or_file(run_folder):
     assert find_recording(run_folder) == find_recording(recording) == recording
 
 
-@pytest.mark.parametrize("name", ["nothing", "", "video.mp4"])
-def test_no_recording(tmp_path, name):
-    (tmp_path / "video.mp4").write_bytes(b"")
-    with pytest.raises(InputError, match=r"take\.rrd"):
-        view(tmp_path / name)
-
-
 @pytest.mark.parametrize("web", [False, True])
 def test_viewer_is_started_for_this_machine_only_and_silent(run_folder, monkeypatch, web):
     started = {}

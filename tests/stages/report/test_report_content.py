@@ -72,6 +72,13 @@ def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
     assert not set("<&") & set(style)  # the title stands there too, for paper
 
 
+def test_title_person_and_date_stand_at_the_head(walk_take):
+    said = report(replace(walk_take, session=Session("Visit <1>", "P-07", "2026-03-31")))
+    assert "<title>Visit &lt;1&gt;</title>" in said
+    assert "<h1>Visit &lt;1&gt;</h1>" in said
+    assert "Person P-07 · 2026-03-31 · walker" in said
+
+
 def test_warnings_come_before_the_first_image(walk_take):
     take = walk_take.saying(own_notice("test.said", "the poses are odd"))
     take = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="the person lies"))

@@ -68,15 +68,6 @@ def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
     assert incoming.dropped == 190
 
 
-def test_a_source_that_gives_nothing_reaches_who_waits():
-    def camera():
-        raise InputError("bad-value", "The camera is gone.")
-        yield
-
-    with pytest.raises(InputError, match="gone"):
-        list(Incoming(Source("camera", camera(), None, waits=False)).until(lambda: False))
-
-
 def test_a_camera_that_is_pulled_out_ends_the_take_and_what_came_is_kept(
     numbered_film, toy_detector, tmp_path, monkeypatch, capsys
 ):
