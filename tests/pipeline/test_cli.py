@@ -144,6 +144,8 @@ def test_the_version_is_the_packages():
     from importlib.metadata import version
 
     assert pcnet3d("--version").stdout == f"pcnet3d {version('pcnet3d')}\n"
+    as_module = [sys.executable, "-m", "pcnet3d", "--version"]
+    assert subprocess.run(as_module, capture_output=True, text=True).stdout == pcnet3d("--version").stdout
 
 
 def test_quiet_says_the_result_only(lifted, tmp_path):
