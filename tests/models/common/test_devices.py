@@ -1,7 +1,6 @@
 """Networks on devices that onnxruntime offers, offers and cannot start, or that fail half-way."""
 
 import json
-from typing import get_args
 
 import numpy as np
 import onnxruntime
@@ -15,8 +14,7 @@ from pcnet3d.models.lifter.builtin import SHIPPED
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.device import KINDS, computing_on, listed, placement
 from pcnet3d.pipeline.core.errors import InputError
-from pcnet3d.pipeline.plugins.registry import registered
-from pcnet3d.pipeline.reading.settings import OnDevice, RunOptions
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
 
@@ -168,20 +166,3 @@ def test_devices_are_listed(cuda, capsys):
     assert {row["name"]: row["is"] for row in listed()}["cuda"] == "offered"
     load_command("list").main(["devices"], standalone_mode=False)
     assert "coreml    not offered  onnxruntime, on macOS" in capsys.readouterr().out
-
-
-# mmfi and train compute with torch, whose --device is its own.
-WITHOUT = {"compare", "data", "inspect", "view", "list", "lab", "mocap", "mmfi", "opensim", "train"}
-
-
-@pytest.mark.parametrize(
-    ("group", "name"),
-    sorted((group, name) for group in ("commands", "lab") for name in registered(group).keys() - WITHOUT),
-)
-def test_every_command_that_opens_networks_takes_the_same_option(group, name):
-    command = load_command(name, group)
-    parts = getattr(command, "commands", {name: command})
-    for each in (parts[part] for part in parts.keys() - WITHOUT):
-        (option,) = (parameter for parameter in each.params if "--device" in parameter.opts)
-        assert option.help == get_args(OnDevice)[1].help
-        assert option.default == "auto"

@@ -1,7 +1,6 @@
 """`pcnet3d run VIDEO`: what it writes, Ctrl-C and --resume, networks by name, and what bad input gets."""
 
 import json
-import resource
 import shutil
 import signal
 import subprocess
@@ -39,16 +38,6 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
     assert "others-missed" in [said["code"] for said in summary["notices"]]
     with np.load(tmp_path / "out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
-
-
-def test_a_part_of_a_video_keeps_its_clock(walk_film, toy, quick, tmp_path, call):
-    part = ["--detector", toy, "--recipe", quick, "--time-range", "0.3:1"]
-    succeeded(call(walk_film.path, *part, "-o", tmp_path / "out"))
-    with np.load(tmp_path / "out/poses.npz") as poses:
-        np.testing.assert_array_equal(poses["frame_index"], np.arange(9, 31))
-        np.testing.assert_allclose(poses["time_s"], np.arange(9, 31) / 30, atol=1e-3)
-    keypoints = load_detections(tmp_path / "out/keypoints.npz")
-    np.testing.assert_array_equal(keypoints.frame_index, np.arange(9, 31))
 
 
 def test_its_keypoints_can_be_given_again(walk_film, whole, quick, tmp_path, call):
@@ -143,25 +132,6 @@ def test_bad_videos(walk_film, film, toys, toy, tmp_path, call, kind, words):
 )
 def test_neither_a_detector_nor_a_run_of_that_name(walk_film, toy, tmp_path, call, detector, more, words):
     refused(call(walk_film.path, "--detector", detector or toy, "-o", tmp_path / "out", *more), words)
-
-
-@pytest.mark.parametrize("limit", [1_000, 28_000])
-def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
-    """No file may grow beyond a limit: first the keypoints cannot be written, then the poses."""
-    command = ["-c", "from pcnet3d.pipeline.cli import main; main()", "run", walk_film.path]
-    done = subprocess.run(
-        [sys.executable, *command, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out"],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 2, done.stderr
-    assert "Traceback" not in done.stderr
-    assert not (tmp_path / "out").exists()
-    assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
-    kept = limit == 28_000
-    assert (tmp_path / ".out.keypoints.npz").exists() == kept
-    assert ("finished work is kept; the same command with --resume" in done.stderr) == kept
 
 
 def _same(a: Path, b: Path) -> None:

@@ -13,7 +13,6 @@ import pytest
 import commands
 from pcnet3d.models.common import download as networks
 from pcnet3d.models.common.download import MOVENET, Network
-from pcnet3d.pipeline.plugins.registry import open_model
 from refusals import refused
 
 
@@ -74,13 +73,3 @@ def test_without_a_network_one_sentence_says_what_to_do(walk_film, tmp_path, cal
     result = call(walk_film.path, "-o", tmp_path / "out")
     commands.refused(result, MOVENET.url, MOVENET.sha256, path, "--detector FILE.onnx")
     assert not (tmp_path / "out").exists()
-
-
-def test_a_file_put_in_place_by_hand_is_taken(toy, tmp_path, monkeypatch):
-    """When it is the right one."""
-    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / name)
-    network = _network("http://127.0.0.1:9/toy.onnx", toy)
-    network.path.parent.mkdir()
-    network.path.write_bytes(toy.read_bytes())
-    assert network.open() == network.path
-    assert open_model("detectors", toy) == toy

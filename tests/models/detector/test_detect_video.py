@@ -48,16 +48,6 @@ def whole(eventful, toy):
     return detect(eventful, load_detector(toy), "here")
 
 
-def test_one_person_is_found_in_every_frame(walk_film, toys, toy):
-    found = detect(walk_film, load_detector(toy))
-    (person,) = found.people()
-    assert off(found, toys, toys.walking(40)) < 1.5
-    assert person.person == "0"
-    np.testing.assert_array_equal(person.frame_index, np.arange(40))
-    np.testing.assert_array_equal(person.times, walk_film.time_s)
-    assert (found.frames, found.frames_seen, len(found.cuts)) == (40, 40, 0)
-
-
 def test_a_person_of_whom_the_detector_is_hardly_sure_is_named(walk_film, toy, tmp_path):
     """A tree that MoveNet follows has such scores in every frame; a person has them for moments. It is said of a run's
     keypoints.npz too, which `--person all` and `live` rest on; nobody has measured the scores of other networks."""
@@ -235,22 +225,3 @@ def test_uneven_time_stamps_are_the_videos(film, toys, toy):
     found = detect(film([toys.scene(box) for box in toys.walking(6)], stamps_ms=stamps), load_detector(toy))
     np.testing.assert_allclose(found.people()[0].times, np.array(stamps) / 1000)
     assert off(found, toys, toys.walking(6)) < 1.5
-
-
-@pytest.mark.parametrize("harm", ["cut", "text", "object", "joints", "empty"])
-def test_a_damaged_file_of_keypoints(walk_film, toy, tmp_path, harm):
-    path = tmp_path / "keypoints.npz"
-    detect(walk_film, load_detector(toy)).save(path)
-    with np.load(path) as held:
-        arrays = dict(held)
-    if harm == "cut":
-        path.write_bytes(path.read_bytes()[:-300])
-    elif harm == "text":
-        path.write_text("nothing of the kind")
-    elif harm == "empty":
-        np.savez(path)
-    else:
-        changes = {"object": {"box": np.array([{}])}, "joints": {"joints": arrays["joints"][:, :5]}}[harm]
-        np.savez(path, **{**arrays, **changes})
-    with pytest.raises(InputError, match=r"Expected 2D keypoints of a run \(keypoints.npz\) at"):
-        load_detections(path)

@@ -158,17 +158,6 @@ def test_between_the_images_of_a_moving_camera_up_is_interpolated():
     assert found.shares["image"] > 0.9
 
 
-def test_where_no_image_tells_the_bodies_do():
-    time_s = np.arange(300) / 30
-    true, bodies = ups(np.full(300, 10.0)), ups(np.full(300, 14.0))
-    looks = [look(t, true[0]) for t in (0.0, 0.5, 1.0)]
-    found = heard(bodies, 6.0, time_s, looks)
-    up, error = found.up, found.error_deg
-    assert angle_deg(up[10], true[10]) < 0.5
-    assert angle_deg(up[-1], bodies[-1]) < 0.5
-    assert error[10] < 2 < error[-1] < 6.1
-
-
 def test_one_look_that_is_quite_another_counts_less():
     time_s = np.arange(90) / 30
     true = ups(np.full(90, 10.0))

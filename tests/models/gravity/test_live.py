@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden import ups
+from golden import levelled, ups
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
@@ -20,9 +20,8 @@ from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 
 UP = np.array([0.0, -1.0, 0.0])
-LEVEL_CAMERA = Rotation.from_euler(
-    "x", 90, degrees=True
-).as_matrix()  # R_camera_from_world, +z of the world up
+# R_camera_from_world, +z of the world up.
+LEVEL_CAMERA = Rotation.from_euler("x", 90, degrees=True).as_matrix()
 POSE = np.random.default_rng(0).normal(size=(17, 3))
 
 
@@ -56,12 +55,11 @@ def scripted(R, error_deg=6.0, fps=30, others=()) -> list:
 
 def headed(heading_deg) -> np.ndarray:
     """Upright before a camera that stands straight."""
-    return LEVEL_CAMERA @ Rotation.from_euler("z", np.reshape(heading_deg, (-1, 1)), degrees=True).as_matrix()
+    return LEVEL_CAMERA @ levelled.headed(heading_deg)
 
 
 def heading_deg(frames) -> np.ndarray:
-    R = LEVEL_CAMERA.T @ [frame.R_camera_from_body for frame in frames]
-    return np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
+    return levelled.heading_deg(LEVEL_CAMERA.T @ [frame.R_camera_from_body for frame in frames])
 
 
 def jittering(count, scatter_deg, seed=0) -> np.ndarray:

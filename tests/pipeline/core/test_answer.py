@@ -55,7 +55,6 @@ def test_a_walk_with_its_cadence_speed_and_knees():
             "Walked 4 or more steps in 2.4 s (end not visible). Cadence 98",
         ),
         (walking(backward_steps=4), "Walked 4 steps (4 backwards) in 2.4 s. Cadence 98"),
-        (walking(backward_steps=1), "Walked 4 steps (1 backwards) in 2.4 s. Cadence 98"),
         (
             {"knee_bends": {"count": 1, "squats": 1, "peak_deg": [102.4], "peak_error_deg": [6.9]}},
             "1 squat, peak of the less bent knee 102 ± 11°.",
@@ -73,10 +72,6 @@ def test_a_walk_with_its_cadence_speed_and_knees():
         (
             arms(*[{"count": 2, "peak_deg": [150.0, 160.0]}] * 2),
             "2 raises of both arms, peaks of the right 150 to 160°, peaks of the left 150 to 160° (errors not known).",
-        ),
-        (
-            arms({"count": 3}, {"count": 3, **UNSEEN}),
-            "3 raises of the right arm. 3 or more raises of the left arm.",
         ),
         (arms(*[{"count": 3, **UNSEEN}] * 2), "3 or more raises of both arms."),
         (

@@ -1,14 +1,17 @@
-"""How many threads may compute: what the system gives, or fewer where it is told; nothing takes more."""
+"""How many threads may compute: what the system gives, or fewer where it is told; and many that run at once."""
 
 import os
 import subprocess
 import sys
+import threading
 
 import pytest
 
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lab.bench import of_poses
+from pcnet3d.pipeline import run_files
 from pcnet3d.pipeline.core.system import cores, cores_given
 
 
@@ -96,3 +99,22 @@ def test_the_command_line_limits_opencv_and_leaves_a_users_own_number(tmp_path):
             [sys.executable, "-c", code], capture_output=True, text=True, env={**clean, **told}
         )
         assert said.stdout.split() == [str(expected)], said.stderr
+
+
+def test_threads_run_at_once(tmp_path):
+    options = of_poses(tmp_path, 60)
+    failures = []
+
+    def run(number):
+        try:
+            run_files(options, tmp_path / f"out{number}")
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=run, args=(number,), daemon=True) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures
+    assert len(list(tmp_path.glob("out*/take.rrd"))) == 4

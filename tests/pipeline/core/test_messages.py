@@ -20,21 +20,6 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize(
-    ("detail", "kinds"),
-    [("quiet", ["pcnet3d"]), ("normal", ["pcnet3d", "note"]), ("verbose", ["pcnet3d", "note", "clean"])],
-)
-def test_how_much_is_said(detail, kinds, capsys):
-    messages.set_detail(detail)
-    messages.say("pcnet3d", "broken")
-    messages.say("note", "by the way")
-    messages.debug("clean", "defaults")
-    messages.show("a line of results")
-    said = capsys.readouterr()
-    assert [line.partition(":")[0] for line in said.err.splitlines()] == kinds
-    assert said.out == ("" if detail == "quiet" else "a line of results\n")
-
-
 def test_spans_of_time_in_a_sentence():
     spans = [(0.5, 1), (2, 3), (4, 5.125)]
     assert messages.spans_in_words(spans[:1]) == "0.50 to 1.00 s"

@@ -1,15 +1,20 @@
-"""Notices: one catalogue of codes and sentences, which the documents hold too."""
+"""Notices and refusals: one table of codes each, which the documents hold too."""
 
 import ast
+import copy
 import json
+import pickle
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from pcnet3d.pipeline.cli import load_command
+from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.core.notice_catalogue import CATALOGUE
 from pcnet3d.pipeline.core.notices import Notice, notice, own_notice, verdict, without_doubles
+from pcnet3d.pipeline.core.refusals import REFUSALS, Refusal
 from pcnet3d.pipeline.core.take import Take
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.options import option_types
@@ -133,3 +138,36 @@ def test_a_refusal_names_options_that_some_command_has():
         raised = [call for call in calls if ast.unparse(call.func) in ("InputError", "notice")]
         parts = [part.value for call in raised for part in ast.walk(call) if isinstance(part, ast.Constant)]
         assert {flag for part in parts for flag in FLAG.findall(str(part))} <= known, path
+
+
+class _OfOursError(InputError):
+    pass
+
+
+@pytest.mark.parametrize("kind", [InputError, _OfOursError])
+@pytest.mark.parametrize("copied", [copy.copy, lambda error: pickle.loads(pickle.dumps(error))])
+def test_code_and_message_pass_between_processes(kind, copied):
+    error = kind("bad-value", "Expected a positive rate, got -1.")
+    error.add_note("row 3")
+    again = copied(error)
+    assert (type(again), again.code, str(again)) == (kind, "bad-value", "Expected a positive rate, got -1.")
+    assert again.__notes__ == ["row 3"]
+
+
+def test_the_table_has_every_code_once():
+    assert list(REFUSALS) == list(get_args(Refusal))
+
+
+def test_every_refusal_has_a_code_of_the_table_and_every_code_is_used():
+    """A code is written out where the error is raised, or is that of another refusal."""
+    used = set()
+    for room in ("pipeline", "adapters", "models", "stages", "examples", "docs"):
+        for path in (ROOT / room).rglob("*.py"):
+            for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(call, ast.Call) and ast.unparse(call.func).endswith("InputError"):
+                    code, _ = call.args
+                    either = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]
+                    used |= {
+                        each.value if isinstance(each, ast.Constant) else ast.unparse(each) for each in either
+                    }
+    assert used == {*REFUSALS, "error.code"}

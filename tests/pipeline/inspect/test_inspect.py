@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from commands import pcnet3d, succeeded
 from pcnet3d import process
 from pcnet3d.adapters import read
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.walk import walker as built_in
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.signals.findings import depth_factors
 from refusals import refused
@@ -21,30 +21,12 @@ FRAMES, FPS = 90, 30
 AWAY = 2  # index of the axis
 
 
-def about(axis, angle):
-    """(T,) turns about an axis of the camera; about x a positive one swings what hangs down away from the camera."""
-    return Rotation.from_euler(axis, angle[:, None])
-
-
 @pytest.fixture
-def walker(facing_camera) -> np.ndarray:
-    """(90, 17, 3) metres, CAMERA: walks towards the camera, weaves from side to side, rigid bones."""
-    t = np.arange(FRAMES) / FPS
-    still = {name: np.tile(facing_camera[i], (FRAMES, 1)) for i, name in enumerate(H36M17.joints)}
-    joints = dict(still)
-    for side, phase in (("l", 0.0), ("r", np.pi)):
-        swing = 0.45 * np.sin(2 * np.pi * 0.9 * t + phase)
-        bend = 0.35 + 0.3 * np.cos(2 * np.pi * 0.9 * t + phase)
-        for (top, middle, end), first, second in (
-            (("hip", "knee", "ankle"), -swing, -swing + bend),
-            (("shoulder", "elbow", "wrist"), swing, swing - bend),
-        ):
-            top, middle, end = (f"{side}_{part}" for part in (top, middle, end))
-            joints[middle] = joints[top] + about("x", first).apply(still[middle] - still[top])
-            joints[end] = joints[middle] + about("x", second).apply(still[end] - still[middle])
-    body = np.stack([joints[name] for name in H36M17.joints], axis=1)
-    path = np.stack([0.2 * np.sin(t), 0.02 * np.sin(11 * t), 4 - 1.1 * t], axis=-1)
-    return rotate(about("y", 0.6 * np.sin(1.5 * t)).as_matrix(), body) + path[:, None]
+def walker() -> np.ndarray:
+    """(90, 17, 3) metres, CAMERA: walks towards the camera in a bend, rigid bones."""
+    walk = built_in(seconds=8, turn_deg=-120)
+    camera = aimed(walk.root[45], 5.0, walk.heading_deg[45] + 180, pitch_deg=0, roll_deg=0)
+    return camera.points(walk.world)[:FRAMES].astype(np.float64)
 
 
 def saved(tmp_path, joints, **beside):

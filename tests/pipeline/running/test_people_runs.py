@@ -63,13 +63,6 @@ def test_a_whole_run_each_in_one_level(done, scene):
     assert [run.take is not None for run in people] == [True, True, False]
 
 
-def test_who_is_hardly_seen_is_named_and_left_out(done):
-    output, people = done
-    (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
-    assert (left_out["person"], left_out["frames"], left_out["code"]) == ("2", 4, "nothing-usable")
-    assert "at least 10 are needed" in left_out["reason"] == str(people[2].refusal)
-
-
 def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path):
     """The second one comes in frame 15; of both the frames of the whole file were stated."""
     options = RunOptions(poses=mmpose(), fps=30, time_range="0:0.6")

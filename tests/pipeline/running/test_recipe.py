@@ -8,7 +8,6 @@ import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, load_recipe
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.pipeline.plugins.options import call
 from refusals import refused
 
 
@@ -16,16 +15,6 @@ def written(tmp_path, text):
     path = tmp_path / "recipe.toml"
     path.write_text(text)
     return path
-
-
-def test_the_default_recipe_builds_and_its_options_can_be_changed():
-    recipe = load_recipe().with_options("clean", max_gap_s=0.5).with_options("export", folder="x")
-    pipeline = recipe.with_options("record", folder="x").with_options("report", folder="x").build()
-    names = [stage.name for stage in pipeline.stages]
-    assert names == [
-        "clean", "place", "rectify", "scale", "trajectories", "angles", "measures", "record", "export", "report"
-    ]  # fmt: skip
-    assert pipeline.stages[0].max_gap_s == 0.5
 
 
 @pytest.mark.parametrize(
@@ -106,17 +95,6 @@ class Impossible(Doubling):
     needs: ClassVar[tuple[str, ...]] = ("soul",)
 
 
-def test_the_runner_runs_in_order_and_reports():
-    poses = PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA)
-    said = []
-    take = Pipeline((Doubling(), Doubling()))(
-        Take("t", poses=poses), lambda stage, seconds: said.append(stage)
-    )
-    assert (take.poses.joints == 4).all()
-    assert (poses.joints == 1).all()
-    assert said == ["doubling", "doubling"]
-
-
 @pytest.mark.parametrize(
     ("stages", "words"),
     [
@@ -131,23 +109,6 @@ def test_the_runner_refuses_a_chain_before_touching_data(stages, words):
     with refused(None, *words):
         Pipeline(stages)(Take("t", poses=poses), lambda stage, seconds: touched.append(stage))
     assert touched == []
-
-
-def reader(path, scale: float, pixel: bool = False) -> tuple:
-    return path, scale, pixel
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"scale": 1, "pixels": 1}, ["'pixels'", "did you mean pixel"]),
-        ({"scale": "big"}, ["scale='big'"]),
-        ({}, ["needs the option scale"]),
-    ],
-)
-def test_wrong_options_are_refused(options, words):
-    with refused(None, *words):
-        call(reader, "p", what="Adapter 'x'", options=options)
 
 
 def test_two_packages_of_one_name_are_refused(monkeypatch):
