@@ -6,6 +6,7 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.pipeline import H36M17, IMAGE, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
@@ -22,8 +23,9 @@ def measured(poses, stages=STAGES, **told):
     return Pipeline(stages)(Take("walker", poses=poses, told=Told(**told)))
 
 
-def columns_with(take, **changes):
-    return {**take.kinematics, **changes}
+def remeasured(take, **columns) -> dict:
+    """The measures of the take with other values in these columns."""
+    return nested(STAGES[3](take.with_(kinematics={**take.kinematics, **columns})).measures)
 
 
 def filmed(walk, camera, noise_px=0.0, focal_share=0.02) -> Take:
@@ -35,6 +37,14 @@ def filmed(walk, camera, noise_px=0.0, focal_share=0.02) -> Take:
     keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index)
     lens = Camera(SIZE, FOCAL_PX, focal_share * FOCAL_PX, "told")
     return Take("walk", poses=body, keypoints=keypoints, camera=lens)
+
+
+def unsure(take: Take, joint: str, rows: slice, score: float = 0.4, detector: str = "movenet@0") -> Take:
+    """The detector gives 0.8 to all joints but to this one in these rows."""
+    confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
+    confidence[rows, H36M17.index(joint)] = score
+    made_by = MadeBy("estimated", detector)
+    return take.with_(keypoints=take.keypoints.with_(confidence=confidence, made_by=made_by))
 
 
 def seen_from(walk, heading_deg, flat=1.0):

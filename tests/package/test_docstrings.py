@@ -65,10 +65,3 @@ def wrong(path: Path) -> Iterator[str]:
 def test_every_public_name_says_what_it_takes_gives_and_refuses():
     lacking = [f"{path.relative_to(ROOT).as_posix()}: {each}" for path in MODULES for each in wrong(path)]
     assert not lacking, "\n".join(["", *lacking])
-
-
-def test_what_counts_as_a_shape():
-    for words in ("(T, 17, 3) metres", "angles (...,) in degrees", "(17,)", "points (count, 2)", "(3, 3)"):
-        assert SHAPE.search(words), words
-    for words in ("(T frames)", "one of them (of two)", "R_b_from_a, the inverse (of a rotation)"):
-        assert not SHAPE.search(words), words

@@ -45,11 +45,6 @@ def test_every_layout_is_public():
         assert {name: getattr(module, name) for name in layouts.LAYOUTS} == layouts.LAYOUTS
 
 
-def test_a_name_that_is_not_there():
-    with pytest.raises(AttributeError, match="nothing_like_it"):
-        import_module("pcnet3d").nothing_like_it  # noqa: B018
-
-
 def test_users_import_from_faces_alone():
     places = [
         *(ROOT / "docs").glob("*.md"),

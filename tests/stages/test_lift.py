@@ -108,15 +108,6 @@ def test_most_keypoints_outside_the_filmed_picture_are_refused_with_a_lens_too(t
         Lift()(take.with_(video=None, camera=camera, keypoints=beyond).telling(image_size=IMAGE_SIZE))
 
 
-def test_frames_without_keypoints_for_two_seconds_are_missing_and_counted(take):
-    joints = take.keypoints.joints.copy()
-    joints[20:80] = np.nan
-    lifted = Lift()(take.with_(keypoints=take.keypoints.with_(joints=joints)))
-    assert np.isnan(lifted.poses.joints[20:80]).all()
-    assert np.isfinite(lifted.poses.joints[:20]).all()
-    assert any(event.weight == "warning" and event.text.startswith("60 frames") for event in lifted.notices)
-
-
 def test_a_frame_of_somebody_else_is_left_out_of_the_lift(take):
     """A tracker's last frame on another person bent a trunk by 80 degrees."""
     joints = take.keypoints.joints.copy()

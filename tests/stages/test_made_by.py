@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from golden.jumps import jumping
-from golden.lifts import lift
 from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
-from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
+from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
@@ -23,9 +22,9 @@ from pcnet3d.stages.drawing.facts import errors_of_angles, facts_of
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.rectify import Rectify, rectify
+from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report
-from pcnet3d.stages.trajectories import Trajectories, smooth
+from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
 
@@ -60,13 +59,6 @@ def test_the_up_of_an_estimators_world_is_told_and_its_error_not_known(walk, mad
     assert errors_unknown(take.poses)
     assert errors_unknown(take.poses) in take.notices
     assert "knows its own up" not in report(take)
-
-
-def test_a_measured_world_knows_its_up(walk):
-    take = STAGES(Take("vicon", poses=walk.poses))
-    assert (take.rectified.up_bound_deg == 0).all()
-    assert errors_unknown(take.poses) is None
-    assert facts_of(take).up_of_world == "The source knows its own up."
 
 
 def test_only_poses_of_a_judged_lifter_have_its_errors(seen):
@@ -158,36 +150,20 @@ def test_the_second_lift_sees_what_the_stage_lift_sees(seen, keypoints, camera, 
     assert lifted.history[-1].options["up_known"]
 
 
-def test_a_python_users_lift_says_who_made_it_and_has_errors(keypoints, camera):
-    poses = lift(keypoints, (camera.width, camera.height))
-    assert poses.made_by == MadeBy("estimated", shipped_noise().lifter)
-    rectified = rectify(poses, "geometric")
-    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level)[0])
-    columns = Angles()(take).kinematics
-    assert np.isfinite(columns["r_knee_flexion_sd_deg"]).any()
-
-
-@pytest.mark.parametrize("of", ["measured", "world"])
-def test_a_file_of_errors_that_is_not_used_is_told(walk, tmp_path, of):
+@pytest.mark.parametrize("of", ["lifted", "measured", "world"])
+def test_a_file_of_errors_is_believed_and_told_where_it_is_not_used(walk, seen, tmp_path, of):
     path = tmp_path / "errors.json"
     path.write_text(shipped_noise().as_json(), encoding="utf-8")
-    poses = walk.poses if of == "measured" else walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))
+    poses = {
+        "lifted": seen.with_(made_by=MadeBy("estimated", "other")),
+        "measured": walk.poses,
+        "world": walk.poses.with_(made_by=MadeBy("estimated", "GEM-X")),
+    }[of]
     done = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))(Take("take", poses=poses))
-    assert "angle-errors-unused" in codes(done)
-    assert done.angle_errors == "none"
-    assert np.isnan(done.kinematics["r_knee_flexion_sd_deg"]).all()
-
-
-def test_a_file_of_errors_is_believed_and_another_file_refused(seen, tmp_path):
-    path = tmp_path / "errors.json"
-    path.write_text(shipped_noise().as_json(), encoding="utf-8")
-    stages = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))
-    done = stages(Take("take", poses=seen.with_(made_by=MadeBy("estimated", "other"))))
-    assert np.isfinite(done.kinematics["r_knee_flexion_sd_deg"]).any()
-    assert done.angle_errors == "file"
-    (tmp_path / "other.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(InputError, match="evaluate errors"):
-        Angles(errors=tmp_path / "other.json")
+    used = of == "lifted"
+    assert ("angle-errors-unused" in codes(done)) != used
+    assert done.angle_errors == ("file" if used else "none")
+    assert np.isfinite(done.kinematics["r_knee_flexion_sd_deg"]).any() == used
 
 
 def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):

@@ -18,6 +18,7 @@ from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = (Rectify(), Trajectories(), Angles(), Measures())
+TRUE_STEP_S, TRUE_MPS, TRUE_FLIGHT_S = 0.33, 4.94, 0.15
 _90 = 1.645  # standard deviations
 _OBLIQUE = (0.4, 0.9)  # cosine between where the person faces and the camera's axis
 
@@ -69,3 +70,24 @@ def test_durations_of_lifted_squats_and_raises_are_as_uncertain_as_is_stated():
         assert all(0.05 < error < 0.6 * mean for mean, error in found)
         off += [(a - b) / error for (a, error), (b, _) in zip(found, true, strict=True)]
     assert np.mean(np.abs(off) <= _90) >= 0.85
+
+
+@pytest.mark.data("accad_mocap.npz")
+@pytest.mark.parametrize("seed", [0, 1, 6])
+def test_a_short_run_has_steps_flight_cadence_and_speed_with_errors(seed):
+    """Of 43 frames, from three sides."""
+    (clip,) = (clip for clip in read_clips("val") if clip.name == "accad-m1_run")
+    take = lifted(clip, see(clip, seed, views=TYPICAL))
+    running = nested(Pipeline((Place(), *STAGES))(take).measures)["walking"]
+    assert running["gait"] == "running"
+    assert running["steps"] >= 2
+    for name, true in (
+        ("mean_step_time_s", TRUE_STEP_S),
+        ("mean_flight_time_s", TRUE_FLIGHT_S),
+        ("cadence_spm", 60 / TRUE_STEP_S),
+        ("walking_speed", TRUE_MPS),
+    ):
+        words, _, unit = name.rpartition("_")
+        error = running["walking_speed_error" if name == "walking_speed" else f"{words}_error_{unit}"]
+        assert abs(running[name] - true) < 2.5 * error, name
+        assert error < 0.4 * true, name

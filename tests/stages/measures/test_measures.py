@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.walks import STAGES, columns_with, filmed, measured
+from golden.walks import STAGES, filmed, measured, remeasured
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence
 from pcnet3d.pipeline.core.answer import answer
@@ -83,12 +83,8 @@ def test_one_squat_with_its_depth_and_times(walk, take):
 def test_an_angle_across_the_end_of_its_range_has_the_range_and_the_cycles_that_it_swings(walk, take):
     """Shoulder flexion lies in -120 to 240 degrees, where every circle of an arm passes its end."""
     swing = 240 + 3 * np.sin(2 * np.pi * walk.time_s)
-    kinematics = {
-        **take.kinematics,
-        "r_shoulder_flexion_deg": near(swing, 60.0),
-        "l_shoulder_flexion_deg": near(360 * walk.time_s, 60.0),
-    }
-    found = nested(STAGES[3](take.with_(kinematics=kinematics)).measures)
+    circles = near(360 * walk.time_s, 60.0)
+    found = remeasured(take, r_shoulder_flexion_deg=near(swing, 60.0), l_shoulder_flexion_deg=circles)
     assert found["range_of_motion"]["r_shoulder_flexion"]["full_range_deg"] == pytest.approx(6, abs=0.2)
     assert found["range_of_motion"]["l_shoulder_flexion"]["full_range_deg"] == pytest.approx(
         348, abs=1
@@ -99,14 +95,14 @@ def test_an_angle_across_the_end_of_its_range_has_the_range_and_the_cycles_that_
 
 
 def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):
-    bent = dict(take.kinematics)
+    bent = {}
     for side in "rl":  # a crouched walk: both knees beyond 60 degrees around every landing
         landings = [
             t for words in ("right", "left") for t in nested(take.measures)["walking"][words]["landings_s"]
         ]
         bumps = sum(80 * np.exp(-(((walk.time_s - landing) / 0.1) ** 2)) for landing in landings)
-        bent[f"{side}_knee_flexion_deg"] = bent[f"{side}_knee_flexion_deg"] + bumps
-    bends = nested(STAGES[3](take.with_(kinematics=bent)).measures)["knee_bends"]
+        bent[f"{side}_knee_flexion_deg"] = take.kinematics[f"{side}_knee_flexion_deg"] + bumps
+    bends = remeasured(take, **bent)["knee_bends"]
     assert bends["count"] == 1
     assert bends["start_s"][0] > walk.phases_s["squat"][0]
 
@@ -134,9 +130,8 @@ def test_symmetry_of_a_symmetric_person_and_of_a_stiff_leg(walk, take):
     assert abs(symmetry["knee_flexion"]["symmetry_index_percent"]) < 2
     assert symmetry["hip_abduction"]["symmetry_index_withheld"] == "range-too-small"
     assert set(symmetry) - {"formula"} == {name[2:] for name in ANGLES if name not in MIDLINE}
-    halved = dict(take.kinematics)
-    halved["l_knee_flexion_deg"] = halved["l_knee_flexion_deg"] / 2
-    stiff = nested(STAGES[3](take.with_(kinematics=halved)).measures)["symmetry"]["knee_flexion"]
+    halved = take.kinematics["l_knee_flexion_deg"] / 2
+    stiff = remeasured(take, l_knee_flexion_deg=halved)["symmetry"]["knee_flexion"]
     assert stiff["symmetry_index_percent"] == pytest.approx(100 * (1 - 0.5) / 0.75, abs=2)
 
 
@@ -151,9 +146,7 @@ def test_paths_from_the_pelvis_and_the_way_of_the_pelvis(walk, take):
 def test_a_path_that_is_less_certain_than_long_has_no_length(walk, take):
     """A man who stood still had a wrist at 1.1 units a second, and a pelvis at 0.3, on a page without their speeds."""
     uncertain = np.full_like(take.kinematics["l_ankle_speed_reason"], UNCERTAIN)
-    found = nested(
-        STAGES[3](take.with_(kinematics=columns_with(take, r_wrist_speed_reason=uncertain))).measures
-    )["paths"]
+    found = remeasured(take, r_wrist_speed_reason=uncertain)["paths"]
     assert set(found["r_wrist"]) == {"withheld", "frames", "nan_share"}
     assert found["l_wrist"] == nested(take.measures)["paths"]["l_wrist"]
     camera = aimed(walk.root.mean(axis=0), 6.0, 100, 0.0, 0.0)
@@ -179,8 +172,7 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
 def test_sides_of_which_one_was_seen_for_less_of_the_take_are_not_compared(take):
     seen_less = take.kinematics["l_knee_flexion_deg"].copy()
     seen_less[: len(seen_less) // 4] = np.nan
-    changed = {**take.kinematics, "l_knee_flexion_deg": seen_less}
-    found = nested(STAGES[3](take.with_(kinematics=changed)).measures)["symmetry"]
+    found = remeasured(take, l_knee_flexion_deg=seen_less)["symmetry"]
     assert found["knee_flexion"]["symmetry_index_withheld"] == "sides-unlike"
     assert "symmetry_index_percent" not in found["knee_flexion"]
     assert "symmetry_index_percent" in found["elbow_flexion"]
@@ -225,7 +217,7 @@ def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
     """The boxer who ducks bends his knees by 55 degrees."""
     squat = walk.during("squat")
     share = depth_deg / walk.angles_deg["r_knee_flexion_deg"][squat].max()
-    shallow = columns_with(
+    found = remeasured(
         take,
         **{
             f"{side}_knee_flexion_deg": take.kinematics[f"{side}_knee_flexion_deg"]
@@ -234,7 +226,6 @@ def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
         },
         **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), 8.0) for side in "rl"},
     )
-    found = nested(STAGES[3](take.with_(kinematics=shallow)).measures)
     assert (
         found["range_of_motion"]["r_knee_flexion"]["usual_error_deg"] == 8.0
     )  # no `sd`, which is of the person
@@ -246,9 +237,9 @@ def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
 
 
 def test_ranges_beyond_anatomy_are_marked(walk, take):
-    turned = columns_with(take, l_elbow_flexion_deg=take.kinematics["l_elbow_flexion_deg"].copy())
-    turned["l_elbow_flexion_deg"][40:44] = -156.0  # as a lift of a cyclist had it
-    ranges = nested(STAGES[3](take.with_(kinematics=turned)).measures)["range_of_motion"]
+    turned = take.kinematics["l_elbow_flexion_deg"].copy()
+    turned[40:44] = -156.0  # as a lift of a cyclist had it
+    ranges = remeasured(take, l_elbow_flexion_deg=turned)["range_of_motion"]
     assert ranges["l_elbow_flexion"]["beyond_anatomy_frames"] == 4
     assert [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry] == ["l_elbow_flexion"]
 
@@ -258,8 +249,7 @@ def test_who_lies_or_hangs_has_no_trunk_beyond_anatomy(walk, take):
     lying = {
         name: take.kinematics[f"{name}_deg"] - 94 for name, angle in ANGLES.items() if angle.needs_gravity
     }
-    turned = columns_with(take, **{f"{name}_deg": values for name, values in lying.items()})
-    ranges = nested(STAGES[3](take.with_(kinematics=turned)).measures)["range_of_motion"]
+    ranges = remeasured(take, **{f"{name}_deg": values for name, values in lying.items()})["range_of_motion"]
     assert "trunk_lean_sagittal" in lying
     assert not [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry]
 
@@ -298,13 +288,12 @@ def test_an_angle_that_many_frames_lack_near_its_axis_has_no_range_and_no_differ
     outermost."""
     lacking = np.arange(len(walk)) < share * len(walk)
     name, both = "r_upper_arm_sagittal", "upper_arm_sagittal"
-    changed = columns_with(
+    found = remeasured(
         take,
         **{f"{side}_{both}_sd_deg": np.full(len(walk), 5.0) for side in "rl"},
         **{f"{name}_deg": np.where(lacking, np.nan, take.kinematics[f"{name}_deg"])},
         **{f"{name}_reason": np.where(lacking, UNTRUSTED, FINE)},
     )
-    found = nested(STAGES[3](take.with_(kinematics=changed)).measures)
     assert ("p05_deg" in found["range_of_motion"][name]) == told
     assert ("symmetry_index_percent" in found["symmetry"][both]) == told
     assert ("withheld" in found["range_of_motion"][name]) != told

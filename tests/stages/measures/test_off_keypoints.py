@@ -4,6 +4,7 @@ keypoints."""
 import numpy as np
 import pytest
 
+from golden.walks import unsure
 from pcnet3d.models.angle_error.off_keypoints import widened, without_exchanged
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.models.common.motion import Motion, agrees, in_doubt, left_exchanged, motion_of, steady
@@ -17,6 +18,7 @@ from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
 LEGS, ARMS = kinds(H36M17)
+DOUBTED = slice(20, 50)
 
 
 def motion(take: Take) -> Motion:
@@ -45,21 +47,13 @@ def test_legs_that_are_elsewhere_are_not_said_to_be_exchanged(filmed):
     assert codes(filmed.with_(keypoints=None)) == []
 
 
-def scored(take: Take, joint: str, score: float, detector: str = "movenet@0") -> Take:
-    """The detector gives 0.8 to all joints but to this one in rows 20 to 50."""
-    confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
-    confidence[20:50, H36M17.index(joint)] = score
-    made_by = MadeBy("estimated", detector)
-    return take.with_(keypoints=take.keypoints.with_(confidence=confidence, made_by=made_by))
-
-
 def test_errors_grow_where_the_detector_is_unsure_of_an_arm_and_nowhere_else(filmed):
     """Of a woman seen from behind: "left arm raised to 81 degrees (± 11)", where it was at 50, hidden by her body."""
     n = len(filmed.poses)
     own = AngleSeries(np.full(n, 81.0), np.full(n, 7.0), np.zeros(n, np.int8), np.full(n, 7.0))
     series = {f"{side}_{angle}": own for side in "rl" for angle in ("shoulder_elevation", "knee_flexion")}
     series |= {name: own for name in ANGLES if name not in series}
-    found = widened(series, None, limb_scores(scored(filmed, "l_elbow", 0.35)))
+    found = widened(series, None, limb_scores(unsure(filmed, "l_elbow", DOUBTED, 0.35)))
     wide = found["l_shoulder_elevation"].sd_deg
     np.testing.assert_allclose(wide[25:45], np.hypot(7, 22.5))
     assert (wide[:15] == 7).all()
@@ -75,7 +69,7 @@ def test_errors_grow_where_the_detector_is_unsure_of_an_arm_and_nowhere_else(fil
     ],
 )
 def test_a_joint_of_which_the_detector_is_unsure_is_not_known(filmed, joint, score, detector, known):
-    of = motion(scored(filmed, joint, score, detector))
+    of = motion(unsure(filmed, joint, DOUBTED, score, detector))
     assert of.has([joint])[25:45].all() == known
     assert of.has([joint])[:15].all()
     assert of.has(["r_elbow", "l_knee"]).all()

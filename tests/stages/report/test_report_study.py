@@ -18,42 +18,31 @@ def study(subjects: int = 12) -> list[dict]:
     """Two visits of each, with a name that is a script, one that cannot be broken, and a failed take."""
     rng = np.random.default_rng(0)
     names = ["r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "trunk_lean_sagittal"]
-    rows = []
-    for i in range(subjects):
-        for visit in ("before", "after"):
-            numbers = {f"range_of_motion.{name}.p05_p95_deg": float(rng.uniform(5, 120)) for name in names}
-            row = {
-                "name": f"s{i}_{visit}",
-                "subject": f"s{i}",
-                "visit": visit,
-                "condition": "",
-                "state": "done",
-            }
-            row |= {"exit_code": 0, "reason": "", "person": "", "report": f"takes/s{i}_{visit}/report.html"}
-            row |= {"notices": [said("careful")] * (i % 3), "frames": 100 + 37 * i, "duration_s": 3.3}
-            row |= {
-                "level_ok": i != 4,
-                "up_bound_deg": None if i == 5 else float(i),
-                "error_deg_mean": 4.0,
-            }
-            rows.append(
-                {
-                    **row,
-                    "bone_length_spread": 0.03,
-                    "measures": by_place({**numbers, "walking.steps": float(i)}),
-                }
-            )
+    rows = [
+        {
+            "name": f"s{i}_{visit}",
+            "subject": f"s{i}",
+            "visit": visit,
+            "condition": "",
+            "state": "done",
+            "report": f"takes/s{i}_{visit}/report.html",
+            "notices": [said("careful")] * (i % 3),
+            "frames": 100 + 37 * i,
+            "duration_s": 3.3,
+            "level_ok": i != 4,
+            "up_bound_deg": None if i == 5 else float(i),
+            "measures": by_place(
+                {f"range_of_motion.{name}.p05_p95_deg": float(rng.uniform(5, 120)) for name in names}
+            ),
+        }
+        for i in range(subjects)
+        for visit in ("before", "after")
+    ]
     rows[-1] |= {"name": EVIL, "subject": EVIL, "visit": EVIL, "report": f"takes/{EVIL} #?/report.html"}
     rows[-1]["notices"], rows[1]["notices"] = [said(EVIL)], [said(EVIL, "repair")]
     rows[2]["name"] = "a_name_without_a_single_place_to_break_it_" * 2
-    failed = {**rows[-1], "name": "lost", "state": "failed", "exit_code": 2, "reason": EVIL, "person": ""}
-    return [
-        *rows,
-        {
-            key: failed[key]
-            for key in ("name", "subject", "visit", "condition", "state", "exit_code", "reason")
-        },
-    ]
+    labels = {"name": "lost", "subject": EVIL, "visit": EVIL, "condition": ""}
+    return [*rows, {**labels, "state": "failed", "exit_code": 2, "reason": EVIL}]
 
 
 @pytest.fixture(scope="module")
