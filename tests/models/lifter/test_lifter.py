@@ -121,25 +121,6 @@ def test_the_ray_to_the_body_turns_the_answer():
     assert geodesic_deg(straight, turned)[0] == pytest.approx(angle, abs=1.0)
 
 
-def test_a_camera_that_is_rolled_gives_the_same_skeleton_where_up_is_known():
-    pixels, confidence = person(40, at=(700, 400)), np.full((40, 17), np.nan)
-    size, focal = np.array(SIZE, dtype=float), np.array(1500.0)
-    R = Rotation.from_euler("z", 26, degrees=True).as_matrix()
-    up = unit(np.array([0.0, -1.0, -0.3]))
-    rolled = (pixels - size / 2) @ R[:2, :2].T + size / 2
-    straight, turned = (
-        lift(poses(p), SIZE, 1500.0, up=u).joints for p, u in ((pixels, up), (rolled, R @ up))
-    )
-    # But for the body's way across the image, which is told along the image's own axes.
-    np.testing.assert_allclose(turned, rotate(R, straight.astype(np.float64)), atol=0.01)
-    blind = lift(poses(rolled), SIZE, 1500.0).joints
-    assert np.abs(blind - turned).max() > 0.03
-    x, _ = features(pixels, confidence, size, focal, np.broadcast_to(up, (40, 3)))
-    assert (x[:, -1] == 1).all()
-    assert (x[:, -2] < 0).all()  # the ray goes down, against up
-    assert (features(pixels, confidence, size, focal)[0][:, -2:] == 0).all()
-
-
 def test_a_camera_that_rolls_meanwhile_gives_the_same_skeleton_where_each_frames_up_is_known():
     pixels, size = person(40, at=(960, 620)), np.array(SIZE, dtype=float)
     R = Rotation.from_euler("z", np.linspace(-40, 40, 40)[:, None], degrees=True).as_matrix()
