@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.models.common.canonical import R_world_from_body, body_axes
+from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.pipeline import H36M17, rotate
 
 UP_IN_CAMERA = np.array([0.0, -1.0, 0.0])
@@ -44,11 +44,6 @@ def test_is_a_rotation_whose_last_column_is_up():
     np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.broadcast_to(np.eye(3), R.shape), atol=1e-12)
     np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-12)
     np.testing.assert_allclose(R[:, :, 2], up / np.linalg.norm(up, axis=1, keepdims=True), atol=1e-12)
-
-
-def test_a_world_with_z_up_needs_no_up():
-    joints, _ = bodies(4)
-    np.testing.assert_array_equal(R_world_from_body(joints), body_axes(joints, np.array([0, 0, 1.0])))
 
 
 @pytest.mark.parametrize("joint", ["l_hip", "r_hip", "l_shoulder", "r_shoulder"])

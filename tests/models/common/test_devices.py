@@ -87,15 +87,11 @@ def test_auto_takes_the_device_that_is_offered(cuda, capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_cpu_leaves_the_device_alone(cuda):
+def test_on_the_cpu_and_outside_of_a_run_the_device_is_left_alone(cuda):
     with computing_on("cpu") as where:
         answers()
     assert where.used == {"pcnet.onnx": "cpu"}
-    assert cuda.runs == 0
-
-
-def test_outside_of_a_run_networks_compute_on_the_cpu(cuda):
-    answers()
+    answers()  # outside of a run
     assert cuda.runs == 0
     assert not isinstance(open_onnx(SHIPPED).session, PlacedSession)
 

@@ -109,16 +109,10 @@ def test_resume_with_another_video(whole, film, toys, toy, quick, tmp_path, call
     assert (tmp_path / "out/summary.json").read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    ("kind", "words"), [("nobody", "Nobody was found in any of the 5 frames"), ("truncated", "bad.mp4")]
-)
-def test_bad_videos(walk_film, film, toys, toy, tmp_path, call, kind, words):
+def test_a_video_that_is_cut_off(walk_film, toy, tmp_path, call):
     path = tmp_path / "bad.mp4"
-    if kind == "nobody":
-        film([toys.scene(None)] * 5, name="bad.mp4")
-    else:
-        path.write_bytes(walk_film.path.read_bytes()[: walk_film.path.stat().st_size // 2])
-    refused(call(path, "--detector", toy, "-o", tmp_path / "out"), words)
+    path.write_bytes(walk_film.path.read_bytes()[: walk_film.path.stat().st_size // 2])
+    refused(call(path, "--detector", toy, "-o", tmp_path / "out"), path.name)
     assert not (tmp_path / "out").exists()
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
 

@@ -1,15 +1,32 @@
-"""Networks that find joints: known answers of toy networks, what is refused, and the real ones on real video."""
+"""Networks that find joints: known answers of toy networks, what is refused, the real ones on real video, several looks
+at one person; and downloads, once and with their licence."""
+
+import hashlib
+import http.server
+import socket
+import threading
+import zipfile
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import commands
 from pcnet3d.adapters.video import read
+from pcnet3d.models.common import download as networks
+from pcnet3d.models.common.download import MOVENET, Network
 from pcnet3d.models.detector.crops import Crop
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.movenet import MoveNet
+from pcnet3d.models.detector.protocols import Found
+from pcnet3d.models.detector.topdown import MOST_LOOKS, Follower, SeveralLooks
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, HALPE26
 from pcnet3d.pipeline.files.video_frames import images_from
+from pcnet3d.stages.detect import Detect
+from refusals import refused
 
 
 @pytest.mark.parametrize("kind", ["uint8", "int32", "float"])
@@ -140,3 +157,191 @@ def test_the_number_of_cores_changes_no_answer(toy, monkeypatch):
     monkeypatch.setattr("pcnet3d.models.common.onnx.cores", lambda: 4)
     load_detector(toy)
     assert opened[-1].session.get_session_options().intra_op_num_threads == 1
+
+
+WIDTH, HEIGHT = 320, 240
+CROP = Crop(60, 20, 200, 200)
+R_WRIST, L_WRIST = COCO17.indices(("r_wrist", "l_wrist"))
+JOINTS = np.random.default_rng(0).uniform((80, 40), (240, 200), (17, 2)).astype(np.float32)
+
+
+class Fake:
+    """A network that sees JOINTS where they are, by an image whose left column is bright unless it is mirrored; off[i]
+    is added to its look number i, in the image's own directions."""
+
+    layout, aspect, room, method = COCO17, 1.0, 1.25, "fake"
+
+    def __init__(self, off=(), sure=0.9, score=(0.8,)):
+        self.off, self.sure, self.score, self.crops = list(off), sure, score, []
+
+    def look(self, image, crop):
+        mirrored = image[0, 0, 0] == 0
+        number = len(self.crops)
+        self.crops.append((crop, mirrored))
+        xy = JOINTS + (self.off[number] if number < len(self.off) else 0)
+        if mirrored:
+            xy = np.column_stack([WIDTH - xy[:, 0], xy[:, 1]])[COCO17.mirror]
+        return Found(
+            xy,
+            np.full(17, self.score[min(number, len(self.score) - 1)]),
+            np.array([80, 40, 240, 200]),
+            self.sure,
+        )
+
+    def next_crop(self, found):
+        return CROP
+
+
+@pytest.fixture
+def image():
+    picture = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    picture[:, 0] = 255
+    return picture
+
+
+@pytest.mark.parametrize("count", range(2, MOST_LOOKS + 1))
+def test_looks_that_agree_change_nothing(image, count):
+    fake = Fake()
+    found = SeveralLooks(fake, count).look(image, CROP)
+    np.testing.assert_allclose(found.xy, JOINTS, atol=1e-3)
+    np.testing.assert_allclose(found.score, 0.8, atol=1e-6)
+    assert (len(fake.crops), found.sure) == (count, pytest.approx(0.9))
+    for crop, mirrored in fake.crops:  # all about the same middle
+        middle = crop.left + crop.width / 2
+        assert (WIDTH - middle if mirrored else middle) == pytest.approx(160, abs=1)
+        assert crop.top + crop.height / 2 == pytest.approx(120, abs=1)
+    assert any(mirrored for _, mirrored in fake.crops)
+    assert {crop.width for crop, _ in fake.crops} == {200, 176}
+
+
+def test_small_errors_are_averaged(image):
+    found = SeveralLooks(Fake([np.array([4.0, 0]), np.array([-2.0, 2.0])]), 2).look(image, CROP)
+    np.testing.assert_allclose(found.xy - JOINTS, np.tile([1.0, 1.0], (17, 1)), atol=1e-3)
+
+
+def test_a_look_that_contradicts_is_outvoted(image):
+    far = np.zeros((17, 2))
+    far[R_WRIST] = JOINTS[L_WRIST] - JOINTS[R_WRIST]
+    assert np.linalg.norm(far[R_WRIST]) > 20
+    found = SeveralLooks(Fake([far]), 4).look(image, CROP)
+    np.testing.assert_allclose(found.xy, JOINTS, atol=1e-3)
+    assert found.score == pytest.approx(0.8)
+
+
+def test_of_two_that_contradict_each_other_one_is_taken_never_the_middle(image):
+    far = np.zeros((17, 2))
+    far[R_WRIST] = (60, 0)
+    for scores, expected in (((0.8, 0.7), JOINTS + far), ((0.7, 0.8), JOINTS), ((0.8, 0.8), JOINTS + far)):
+        found = SeveralLooks(Fake([far], score=scores), 2).look(image, CROP)
+        np.testing.assert_allclose(found.xy, expected, atol=1e-3)  # the surer one, of equals the first
+        assert found.score[R_WRIST] == pytest.approx(max(scores))
+
+
+def test_where_nobody_is_one_look_is_enough(image):
+    fake = Fake(sure=0.1)
+    assert SeveralLooks(fake, 4).look(image, CROP).sure == pytest.approx(0.1)
+    assert len(fake.crops) == 1
+
+
+def test_a_follower_searches_with_single_looks_and_then_looks_as_often_as_it_is_told(image):
+    fake = Fake()
+    follower = Follower(fake, 3)
+    (found,) = follower.people(image)
+    searched = len(fake.crops) - 3
+    assert not any(mirrored for _, mirrored in fake.crops[:searched])
+    assert [crop.width for crop, _ in fake.crops[searched:]] == [200, 176, 200]
+    np.testing.assert_allclose(found.xy, JOINTS, atol=1e-3)
+    before = len(fake.crops)
+    follower.people(image, [found])
+    assert len(fake.crops) == before + 3
+
+
+@pytest.mark.parametrize("looks", [1, 2])
+@pytest.mark.parametrize(("again", "people"), [(0.45, 0), (0.55, 1)])
+def test_what_passes_for_a_person_in_one_look_alone_is_nobody(image, looks, again, people):
+    """The stem of a tree did in one frame of a hundred, and was followed from there on."""
+
+    class Once(Fake):
+        def look(self, image, crop):
+            found = super().look(image, crop)
+            return replace(found, sure=0.55 if len(self.crops) <= searched else again)
+
+    searched = 12  # three windows, each looked at four times
+    assert len(Follower(Once(), looks).people(image)) == people
+
+
+def test_how_many_looks_a_detector_takes(tmp_path, toys):
+    one = toys.save_toy(tmp_path / "toy.onnx", toys.float)
+    plain = load_detector(one).method
+    assert load_detector(one, looks=None).method == f"{plain}, 2 looks"
+    assert load_detector(one, looks=4).method == f"{plain}, 4 looks"
+    assert load_detector(one, looks=1).method == plain
+    for looks in (0, MOST_LOOKS + 1):
+        with pytest.raises(InputError, match=f"1 to {MOST_LOOKS} looks"):
+            load_detector(one, looks=looks)
+    assert Detect().looks is None
+
+
+def test_a_detector_that_sees_everybody_at_once_looks_once():
+    assert load_detector(lambda image: None, looks=None).method.startswith("<lambda>")
+    with pytest.raises(InputError, match=r"looks at all people at once; leave --set detect.looks=2 out"):
+        load_detector(lambda image: None, looks=2)
+
+
+@pytest.fixture
+def served(tmp_path, toy, monkeypatch):
+    """An address that serves the toy as toy.onnx and in toy.zip, and the cache that downloads go to."""
+    folder = tmp_path / "served"
+    folder.mkdir()
+    (folder / "toy.onnx").write_bytes(toy.read_bytes())
+    with zipfile.ZipFile(folder / "toy.zip", "w") as archive:
+        archive.write(toy, "20230605/rtmpose_onnx/end2end.onnx")
+        archive.writestr("20230605/detail.json", "{}")
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    handler = partial(http.server.SimpleHTTPRequestHandler, directory=str(folder))
+    handler.log_message = lambda *_: None
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def _network(url: str, toy: Path, **changes: str) -> Network:
+    digest = hashlib.sha256(toy.read_bytes()).hexdigest()
+    return Network(**{
+        "name": "toy", "given": "--detector FILE.onnx", "about": "a toy", "url": url, "sha256": digest,
+        "megabytes": 0.1, "licence": "MIT-0", **changes,
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["toy.onnx", "toy.zip"])
+def test_a_network_is_downloaded_once_and_its_licence_shown(served, toy, capsys, name):
+    network = _network(f"{served}/{name}", toy)
+    assert network.open().read_bytes() == toy.read_bytes()
+    assert "licence: MIT-0" in capsys.readouterr().err
+    assert _network(f"{served}/gone", toy).open() == network.path
+    assert capsys.readouterr().err == ""
+    assert [path.name for path in network.path.parent.iterdir()] == ["toy.onnx"]
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"), [("toy.onnx", {"sha256": "0" * 64}), ("gone.onnx", {}), ("gone.zip", {})]
+)
+def test_a_network_that_cannot_be_had(served, toy, name, changes):
+    network = _network(f"{served}/{name}", toy, **changes)
+    with refused("not-reached", network.url, network.sha256, network.path, "--detector FILE.onnx"):
+        network.open()
+    assert not network.path.exists()
+
+
+def test_without_a_network_one_sentence_says_what_to_do(walk_film, tmp_path, call, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError("no network")
+
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    monkeypatch.setattr(socket.socket, "connect", refuse)
+    monkeypatch.setattr(networks, "_download_onnx", refuse)
+    path = tmp_path / "cache/pcnet3d/movenet.onnx"
+    result = call(walk_film.path, "-o", tmp_path / "out")
+    commands.refused(result, MOVENET.url, MOVENET.sha256, path, "--detector FILE.onnx")
+    assert not (tmp_path / "out").exists()

@@ -67,6 +67,7 @@ def test_images_that_do_not_tell_are_refused_in_words(kind):
     answer = up_from_images([no_lines(kind, 1).image])
     assert isinstance(answer, Unknown)
     assert "line" in answer.reason
+    assert isinstance(up_from_images([np.full((16, 24), 128, np.uint8)]), Unknown)  # small and grey
 
 
 def test_a_pattern_on_one_plane_is_believed_less_than_a_room(answers):
@@ -92,10 +93,6 @@ def test_what_is_no_image_is_refused(images, words):
         up_from_images(images)
 
 
-def test_a_small_grey_image_is_no_crash():
-    assert isinstance(up_from_images([np.full((16, 24), 128, np.uint8)]), Unknown)
-
-
 def test_who_says_the_focal_length():
     size = (1920, 1080)
     for told_px, file_px, focal_px, source in (
@@ -107,6 +104,9 @@ def test_who_says_the_focal_length():
     known = known_camera(size, None, None)
     assert (known.focal_px, known.focal_source) == (0.8 * 1920, "prior")
     assert known.focal_sd_px / known.focal_px == pytest.approx(ASSUMED_FOCAL_SD)
+    lenses = 1920 * np.geomspace(0.65, 2.0, 1001)  # nine in ten of which lie within the bar
+    within = np.abs(lenses - known.focal_px) <= SD_90 * known.focal_sd_px
+    assert within.mean() == pytest.approx(0.9, abs=0.01)
 
 
 def test_a_camera_keeps_the_lines_of_its_first_image():
@@ -209,13 +209,6 @@ def test_where_two_answers_are_about_as_likely_the_bound_reaches_both(failure, c
     assert len(found.notices) == 1
     assert (found.bound_deg > 20.0).all() == close
     assert (found.bound_deg < 10.0).all() == (not close)
-
-
-def test_nine_in_ten_lenses_lie_within_the_bar_of_an_assumed_focal_length():
-    known = known_camera((1920, 1080), None, None)
-    lenses = 1920 * np.geomspace(0.65, 2.0, 1001)
-    within = np.abs(lenses - known.focal_px) <= SD_90 * known.focal_sd_px
-    assert within.mean() == pytest.approx(0.9, abs=0.01)
 
 
 GEOMETRIC = load_rectifier("geometric")

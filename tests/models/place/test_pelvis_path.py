@@ -34,12 +34,10 @@ def camera_of(walk):
     return aimed(walk.root.mean(axis=0), 6, heading_deg=60, pitch_deg=10, roll_deg=3)
 
 
-def seen(body, points, noise_px=0.0, **changes) -> PoseSequence:
+def seen(body, points, noise_px=0.0) -> PoseSequence:
     pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
     pixels = pixels + np.random.default_rng(0).normal(0, 1, pixels.shape) * noise_px
-    return PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index).with_(
-        **changes
-    )
+    return PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index)
 
 
 @pytest.fixture(scope="module")

@@ -29,11 +29,6 @@ def test_spans_of_time_in_a_sentence():
     assert messages.spans_in_words([(1, 2.1), (4, 5), (1.004, 2)]) == "1.00 to 2.10 s, 4.00 to 5.00 s"
 
 
-def test_one_frame_has_no_rate():
-    assert messages.rate_in_words(29.97, " at ") == " at 29.97 a second"
-    assert messages.rate_in_words(float("nan"), ", ") == ""
-
-
 def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     monkeypatch.setenv("TERM", "xterm-256color")

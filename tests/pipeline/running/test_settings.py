@@ -24,14 +24,11 @@ def stages(**given) -> list[str]:
     return [entry.use for entry in planned(RunOptions(**given)).stages]
 
 
-def test_what_is_given_decides_on_the_first_stages():
+def test_what_is_given_decides_on_the_first_stages_which_have_their_own_defaults():
     assert stages(poses=POSES)[0] == "clean"
     assert stages(keypoints=KEYPOINTS)[:2] == ["lift", "clean"]
     assert stages(keypoints=KEYPOINTS, video=VIDEO)[:3] == ["calibrate", "lift", "clean"]
     assert stages(video=VIDEO)[:4] == ["detect", "calibrate", "lift", "clean"]
-
-
-def test_without_options_every_stage_has_its_own_defaults():
     assert told(video=VIDEO) == told(poses=POSES) == told(keypoints=KEYPOINTS) == {}
 
 
