@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+import av
 import numpy as np
 import pytest
 
@@ -16,7 +17,7 @@ from pcnet3d.examples.walker.files import (
 )
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.long_video import write_long_video
-from pcnet3d.examples.walker.walk import Walk, walker
+from pcnet3d.examples.walker.walk import Walk
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import HALPE26
 from pcnet3d.pipeline.reading.load import read_video
@@ -56,19 +57,7 @@ def test_poses_without_noise_are_the_truth_in_a_unit_that_follows_the_distance(t
     np.testing.assert_allclose(size * distance, size[0] * distance[0], rtol=1e-5)
 
 
-def test_a_longer_take_has_motionberts_clip_boundaries(tmp_path, camera):
-    walk = walker(seconds=12.0)
-    rows = np.arange(len(walk))
-    write_poses(tmp_path / "X3D.npy", walk, camera, rows, 0.005, rng())
-    assert read(tmp_path / "X3D.npy", gives="poses").seams == (243,)
-    depth = np.load(tmp_path / "X3D.npy")[:, H36M17.index("pelvis"), 2]
-    assert depth[243] == 0
-    assert (depth[1:243] != 0).all()
-
-
 def test_the_video_shows_the_take(files, walk, camera):
-    import av
-
     assert files.video.stat().st_size < 300_000
     with av.open(str(files.video)) as container:
         stream = container.streams.video[0]
@@ -89,8 +78,6 @@ def test_the_video_shows_the_take(files, walk, camera):
 
 
 def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
-    import av
-
     write_long_video(tmp_path / "long.mp4", 17)
     video = read_video(tmp_path / "long.mp4")
     assert np.allclose(np.diff(video.time_s), 1 / 30, atol=1e-3)

@@ -1,8 +1,9 @@
-"""The walker's stated truth against what its positions say, and against published gait."""
+"""The walker's stated truth against what its positions say, and against published gait; the signs of its camera."""
 
 import numpy as np
 import pytest
 
+from pcnet3d.examples.walker.camera import Camera, aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.models.common.canonical import R_world_from_body
@@ -115,3 +116,28 @@ def test_the_standing_foot_stays_put_and_heel_strikes_are_where_they_are_said_to
 def test_impossible_takes_are_refused(wrong):
     with refused("bad-value"):
         walker(**wrong)
+
+
+TARGET = np.array([1.0, 2.0, 1.0])
+UP, EAST = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+
+
+def pixel(camera: Camera, point: np.ndarray) -> np.ndarray:
+    return camera.project(point[None, None])[0, 0]
+
+
+@pytest.mark.parametrize("angles", [(0, 0, 0), (70, 15, 5), (-160, -30, 40)])
+def test_aiming(angles):
+    camera = aimed(TARGET, 5.0, *angles)
+    R = camera.R_camera_from_world
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(R) == pytest.approx(1)
+    np.testing.assert_allclose(pixel(camera, TARGET), [320, 180], atol=1e-9)
+    np.testing.assert_allclose(camera.points(TARGET[None, None])[0, 0], [0, 0, 5], atol=1e-12)
+
+
+def test_looking_north_east_is_right_and_up_is_up():
+    camera = aimed(TARGET, 5.0, heading_deg=0, pitch_deg=0, roll_deg=0)
+    east, up = pixel(camera, TARGET + EAST), pixel(camera, TARGET + UP)
+    np.testing.assert_allclose(east, [320 + 640 / 5, 180], atol=1e-9)
+    np.testing.assert_allclose(up, [320, 180 - 640 / 5], atol=1e-9)

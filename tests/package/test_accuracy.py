@@ -116,8 +116,5 @@ def test_an_evaluation_replaces_its_block_only():
 def test_an_evaluation_of_something_else_is_refused(wrong, words):
     with pytest.raises(InputError, match=words):
         write.updated(FIGURES, evaluation() | wrong)
-
-
-def test_a_file_without_any_block_is_refused():
     with pytest.raises(InputError, match="evaluate takes"):
-        write.updated(FIGURES, {"report": "swaps"})
+        write.updated(FIGURES, {"report": "swaps"})  # which has no block

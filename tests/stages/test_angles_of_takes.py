@@ -118,8 +118,6 @@ def test_a_lifter_that_is_unsure_widens_the_bars(seen):
 
 def test_the_modes_are_those_of_the_lifter(seen):
     """Noise that was put in comes out, whatever rigid rotation lies on top of it."""
-    from scipy.spatial.transform import Rotation
-
     joints, R = (np.tile(array, (20, 1, 1)) for array in seen)
     rng = np.random.default_rng(5)
     wrong = joints.copy()

@@ -14,7 +14,6 @@ from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
 from pcnet3d.pipeline import H36M17, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
-from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.files.digest import sha256
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -36,13 +35,6 @@ def video(shown, tmp_path_factory):
     film_of(path, [image] * 25, range(0, 1000, 40), crf=16, g=5, preset="ultrafast")
     (found,) = videos.read(path)
     return found
-
-
-def test_the_stage_gives_the_camera(video, shown):
-    take = Calibrate()(Take("street", video=video))
-    assert isinstance(take.camera, Camera)
-    assert angle_deg(take.camera.looks[0].up, shown.up) < 2.5
-    assert take.camera.focal_source in ("lines", "prior")
 
 
 @pytest.mark.parametrize(

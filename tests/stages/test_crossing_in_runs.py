@@ -70,15 +70,6 @@ def test_who_is_hidden_is_a_gap_with_its_reason(crossing):
     assert f"bridges {len(hidden)} in which the person is hidden" in said
 
 
-def test_no_path_jumps_to_the_other_person(crossing):
-    takes, _, _ = crossing
-    for take, way in zip(takes, (1, -1), strict=True):
-        root = take.poses.root
-        steps = np.linalg.norm(np.diff(root, axis=0), axis=1)
-        assert np.nanmax(steps) * 30 < 3  # of a walk at 1.25 m/s
-        assert way * (root[-1, 0] - root[0, 0]) > 2
-
-
 def test_no_step_lies_in_the_gap(crossing):
     takes, _, hidden = crossing
     walking = [nested(take.measures)["walking"] for take in takes]

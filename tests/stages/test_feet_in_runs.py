@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from scipy.io import netcdf_file
 
 from commands import pcnet3d, succeeded
 from golden.recordings import Recording
@@ -73,8 +74,6 @@ def test_the_run_that_is_read_back_has_the_feet(folder):
 
 
 def test_exports_for_other_programs_have_the_feet(folder):
-    from scipy.io import netcdf_file
-
     names = (folder / "markers.trc").read_text().splitlines()[3].split("\t")
     assert set(FEET.joints) <= set(names)
     assert len(np.loadtxt((folder / "markers.trc").read_text().splitlines()[5:])[0]) == 2 + 3 * 23

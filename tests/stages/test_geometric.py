@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity.levelling import level_frame
-from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, PoseSequence, change_frame
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
@@ -115,16 +115,3 @@ def test_the_rotations_speak_of_the_axes_that_the_poses_come_in(facing_camera, f
     ):
         np.testing.assert_allclose(rotate(R, canonical.joints.astype(float)), poses.joints, atol=1e-6)
     np.testing.assert_allclose(rectified.body.joints, rectify(joints, "geometric").body.joints, atol=1e-6)
-
-
-def test_wrong_layout_or_rectifier_is_refused(facing_camera):
-    poses = PoseSequence(facing_camera[None], H36M17, CAMERA)
-    with pytest.raises(InputError, match="geometric"):
-        rectify(poses, "geometrical")
-    from pcnet3d.pipeline.core.layouts import MPI3DHP17
-
-    with refused("wrong-content"):
-        rectify(poses.with_(layout=MPI3DHP17))
-    rectified = rectify(poses, "geometric")
-    with pytest.raises(InputError, match="BODY"):
-        change_frame(rectified.body, CAMERA)

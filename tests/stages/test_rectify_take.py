@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
@@ -26,11 +25,6 @@ RECTIFIERS = ("pcnet", "geometric")
 @pytest.fixture(scope="module")
 def joints(walk, camera):
     return camera_poses(walk, camera).joints
-
-
-@pytest.fixture(scope="module")
-def truth(walk, camera):
-    return true_rotations(walk, camera)
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pcnet3d.adapters import bvh
 from pcnet3d.examples.walker.walk import walker
@@ -109,8 +110,6 @@ def moved_by(found: dict, arrays: list[np.ndarray], node: int, path: str) -> np.
 
 def placed(found: dict, arrays: list[np.ndarray], at_rest: bool = False) -> dict[str, np.ndarray]:
     """(N, 4, 4) from a node's axes to the scene's by its name, at the times of the key frames, or once at rest."""
-    from scipy.spatial.transform import Rotation
-
     count = 1 if at_rest else len(moved_by(found, arrays, 0, "rotation"))
     places = {}
 
@@ -257,8 +256,6 @@ def test_at_rest_the_armature_stands_in_the_t_pose_with_y_along_its_bones(walked
 
 def test_knees_and_elbows_bend_about_their_bones_x_axis(walked, glb):
     found, arrays, _ = glb(walked())
-    from scipy.spatial.transform import Rotation
-
     names = [node["name"] for node in found["nodes"]]
     for joint in ("r_knee", "l_knee", "r_elbow", "l_elbow"):
         turns = Rotation.from_quat(moved_by(found, arrays, names.index(joint), "rotation")).as_rotvec()

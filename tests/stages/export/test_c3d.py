@@ -36,13 +36,22 @@ def test_c3d_round_trip(ezc3d, take, tmp_path):
     assert any("sha256 000" in line for line in file["parameters"]["PCNET3D"]["PROVENANCE"]["value"])
 
 
-@pytest.mark.parametrize("begin_s", [0.0, 0.4, 7.0])
-def test_c3d_read_again_is_on_the_clock_of_the_take(ezc3d, facing_camera, tmp_path, begin_s):
+@pytest.mark.parametrize(
+    ("begin_s", "numbered"), [(0.0, True), (0.4, True), (7.0, True), (-1.0, False), (3000.0, False)]
+)
+def test_c3d_read_again_is_on_the_clock_of_the_take_or_says_when_it_is(
+    ezc3d, facing_camera, tmp_path, begin_s, numbered
+):
+    """Its first frame has a number, but not any."""
     take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
     path = exported(take, tmp_path, "c3d") / "markers.c3d"
-    assert ezc3d.c3d(str(path))["header"]["points"]["first_frame"] == round(begin_s * FPS)
+    first_frame = round(begin_s * FPS) if numbered else 0
+    assert ezc3d.c3d(str(path))["header"]["points"]["first_frame"] == first_frame
     (poses,) = c3d.read(path)
-    np.testing.assert_allclose(poses.times, take.poses.times, atol=1e-5)
+    np.testing.assert_allclose(poses.times, take.poses.times - (0 if numbered else begin_s), atol=1e-5)
+    notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
+    said = [each["values"] for each in notices if each["code"] == "file-begins"]
+    assert said == ([] if numbered else [{"file": "markers.c3d", "begin_s": begin_s}])
 
 
 def test_c3d_has_the_events_of_a_walk_and_none_without_one(ezc3d, take, tmp_path):
@@ -55,17 +64,6 @@ def test_c3d_has_the_events_of_a_walk_and_none_without_one(ezc3d, take, tmp_path
     np.testing.assert_allclose(event["TIMES"], [[0, 0, 0, 0, 1], [0.5, 1.0, 1.1, 1.5, 2.5]], atol=1e-6)
     write_c3d(take, tmp_path / "markers.c3d")
     assert "EVENT" not in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]
-
-
-@pytest.mark.parametrize("begin_s", [-1.0, 3000.0])
-def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(ezc3d, facing_camera, tmp_path, begin_s):
-    take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
-    path = exported(take, tmp_path, "c3d") / "markers.c3d"
-    notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
-    (said,) = [each for each in notices if each["code"] == "file-begins"]
-    assert said["values"] == {"file": "markers.c3d", "begin_s": begin_s}
-    (poses,) = c3d.read(path)
-    assert poses.times[0] == 0
 
 
 def test_more_frames_than_c3d_counts_cost_that_file_alone(ezc3d, take, tmp_path):

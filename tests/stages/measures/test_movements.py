@@ -61,8 +61,7 @@ def test_a_bend_with_which_a_clip_begins_may_be_a_landing(begins_s, number, seam
     assert len(found.events) == number + seam
 
 
-@pytest.mark.parametrize("seconds", [1, 2])
-def test_a_bend_of_one_or_two_frames_is_a_slip_of_the_detector(seconds):
+def test_a_bend_of_one_or_two_frames_is_a_slip_of_the_detector():
     """Of a man in ten frames a second the arm was "raised once to 123 degrees (± 12)" in one frame."""
     knee = dips(4.0)
     knee[60:63] = 30, 90, 30

@@ -3,6 +3,7 @@
 import io
 from dataclasses import replace
 
+import av
 import numpy as np
 import pytest
 
@@ -26,16 +27,12 @@ def mp4(part) -> io.BytesIO:
 
 
 def packets_of(source) -> list[bytes]:
-    import av
-
     with av.open(source) as container:
         return [bytes(packet) for packet in container.demux(video=0) if packet.size]
 
 
 def frames_of(source) -> tuple[list[float], np.ndarray]:
     """Seconds and images (N, H, W) in grey of a video."""
-    import av
-
     with av.open(source) as container:
         stream = container.streams.video[0]
         frames = list(container.decode(stream))
@@ -140,8 +137,6 @@ def test_key_frames_that_earlier_frames_need_end_no_part(film, monkeypatch):
 
 def test_copy_keeps_uneven_time_stamps_and_names_its_rate(film):
     """The viewer starts FFmpeg on the bare stream and never hears of frames when that claims 90k of them a second."""
-    import av
-
     video = film("mpeg4", time_ms=UNEVEN_MS)
     (copy,) = transcoded(video)
     np.testing.assert_allclose(frames_of(mp4(copy))[0], video.time_s, atol=2e-5)
@@ -165,8 +160,6 @@ def test_turned_video_comes_out_upright(film, clockwise):
 
 def test_frames_that_an_edit_list_cuts_away_do_not_shift_the_rest(film, tmp_path):
     """Three of twelve frames lie before time 0: players skip them, the viewer would count them."""
-    import av
-
     whole, path = film(time_ms=[40 * i for i in range(12)], bf=0), tmp_path / "cut.mp4"
     with (
         av.open(whole.path) as source,

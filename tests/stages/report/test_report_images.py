@@ -17,19 +17,6 @@ from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_
 from pcnet3d.stages.drawing.skeletons import key_rows
 from pcnet3d.stages.report.key_frames import jpeg, keypoints_at
 from pcnet3d.stages.report.stage import report
-from refusals import refused
-
-
-def square(image: np.ndarray) -> float:
-    """Column at which the film's white square begins."""
-    return float(np.flatnonzero(image[4:12].mean(axis=(0, 2)) > 150)[0])
-
-
-def test_a_video_that_cannot_be_decoded(film, tmp_path):
-    video = film()
-    video.path.write_bytes(b"\0" * 400)
-    with refused("file-damaged"):
-        images_at(video, [3])
 
 
 def test_damage_is_where_the_last_image_came_from_whichever_is_wanted(film):

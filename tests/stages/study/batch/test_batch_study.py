@@ -9,7 +9,7 @@ import pytest
 from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import InputError, RunOptions, read_run, run_files
+from pcnet3d.pipeline import RunOptions, read_run, run_files
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
@@ -104,16 +104,6 @@ def test_the_page_shows_figures_that_takes_are_compared_by_and_counts(made):
     assert set(_shown(take)) == {*others, "walking.walking_speed"}  # metres
     without_scale = take.with_(poses=take.need("poses").with_(frame=frame.with_(unit="arbitrary")))
     assert set(_shown(without_scale)) == others
-
-
-@pytest.mark.parametrize(
-    "summary",
-    [{"measures": [1]}, {"poses": "x"}, {"notices": {"a": 1}}, {"poses": {"unit": 3}}],
-    ids=["measures", "poses", "notices", "unit"],
-)
-def test_a_summary_that_somebody_has_changed_has_words(made, summary):
-    with pytest.raises(InputError, match=r"finished.*remove that folder"):
-        figures(made(**summary))
 
 
 @pytest.fixture

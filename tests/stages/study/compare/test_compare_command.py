@@ -1,4 +1,5 @@
-"""`pcnet3d compare` from runs to table, page and recording: the walker from two cameras, and against its truth."""
+"""`pcnet3d compare` from runs to table, page and recording: the walker from two cameras, and against its truth; figures
+of agreement by known answers."""
 
 import json
 import re
@@ -7,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 import commands
@@ -17,6 +19,7 @@ from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio
 from pcnet3d.stages.study.compare.command import compare
 from pcnet3d.stages.study.compare.comparison import compared
+from pcnet3d.stages.study.compare.figures import agreement, correlation
 from pcnet3d.stages.study.compare.side import load_side
 from refusals import refused
 
@@ -181,8 +184,6 @@ def test_a_figure_that_cannot_be_is_blamed_and_not_the_file(runs, tmp_path, valu
 
 @pytest.mark.parametrize("first", [True, False])
 def test_a_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path, first):
-    import pyarrow.parquet as pq
-
     older = tmp_path / "older"
     shutil.copytree(runs / "side", older)
     table = pq.read_table(older / "kinematics.parquet")
@@ -191,3 +192,41 @@ def test_a_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path,
     pair = [load_side(older), sides[1]]
     found = compared(pair if first else pair[::-1], "stamps")
     assert set(found.pairs[0].agreement) == set(ANGLES) - {"pelvis_obliquity"}
+
+
+REFERENCE = 40 + 30 * np.sin(np.linspace(0, 20, 2000))
+
+
+def test_an_angle_that_is_read_too_large_and_off():
+    found = agreement(1.2 * REFERENCE + 3.0, REFERENCE)
+    off = 0.2 * REFERENCE + 3.0
+    assert found["bias_deg"] == pytest.approx(off.mean())
+    assert found["sd_deg"] == pytest.approx(off.std(ddof=1))
+    assert found["rmse_deg"] == pytest.approx(np.sqrt((off**2).mean()))
+    assert found["rom_deg"] == pytest.approx(1.2 * found["rom_reference_deg"])
+    assert found["r"] == pytest.approx(1)
+
+
+def test_a_difference_across_the_end_of_the_circle_is_small():
+    assert agreement(np.full(20, 179.0), np.full(20, -179.0))["bias_deg"] == pytest.approx(-2)
+
+
+def test_right_errors_hold_nine_tenths():
+    off = np.random.default_rng(1).normal(0, 4.0, len(REFERENCE))
+    found = agreement(REFERENCE + off, REFERENCE, np.full(len(REFERENCE), 4.0))
+    assert found["within_band"] == pytest.approx(0.9, abs=0.02)
+    assert "within_band" not in agreement(REFERENCE + off, REFERENCE, np.full(len(REFERENCE), np.nan))
+
+
+def test_missing_frames_are_left_out_and_too_few_give_nothing():
+    values = REFERENCE.copy()
+    values[9:] = np.nan
+    assert agreement(values, REFERENCE) is None
+    values[:100] = REFERENCE[:100]
+    assert agreement(values, REFERENCE)["frames"] == 100
+
+
+def test_what_hardly_changes_has_no_r():
+    noise = np.random.default_rng(2).normal(0, 0.1, (2, 50))
+    assert np.isnan(correlation(*noise, least=0.5))
+    assert np.isfinite(correlation(*noise, least=0.01))

@@ -88,17 +88,12 @@ def test_a_periodic_motion_has_a_runner_up():
     assert second > 0.95 * score
 
 
-def run_of(walk, folder: Path) -> Path:
-    """The folder with a finished run of clean video poses in it."""
-    np.save(folder / "poses.npy", camera_poses(walk, side_camera(walk)).joints)
-    run_files(RunOptions(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", RECIPE)
-    return folder
-
-
 @pytest.fixture(scope="module")
 def made(walk, tmp_path_factory) -> Path:
-    """A folder with a finished run, and the files of three sensors."""
-    folder = run_of(walk, tmp_path_factory.mktemp("imu"))
+    """A folder with a finished run of clean video poses, and the files of three sensors."""
+    folder = tmp_path_factory.mktemp("imu")
+    np.save(folder / "poses.npy", camera_poses(walk, side_camera(walk)).joints)
+    run_files(RunOptions(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", RECIPE)
     for seed, segment in enumerate(("r_forearm", "pelvis", "l_shank")):
         write_csv(folder / f"{segment}.csv", strapped(walk, segment, Faults(), seed=seed))
     return folder

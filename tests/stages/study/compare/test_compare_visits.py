@@ -163,8 +163,9 @@ def test_what_doubtful_poses_differ_by_is_not_said_to_be_a_change(sides):
     """A walk and its stretched video: "double support -17 ± 5 %", and no word that the poses were suspicious."""
 
     def visit(side, high_deg, *findings):
-        ranges = {"r_knee_flexion": {"p05_p95_deg": high_deg, "p05_p95_error_deg": 4.0, "frames": 100}}
-        return with_run(side, measures=rows_of({"range_of_motion": ranges}), findings=findings)
+        return with_run(
+            ranging(side, r_knee_flexion={"p05_p95_deg": high_deg, "frames": 100}), findings=findings
+        )
 
     stretched = notice("limbs-copied", limb="leg")
     for findings, differs in (((), True), ((stretched,), None)):

@@ -42,13 +42,3 @@ def camera(monkeypatch, numbered_film):
 
     shows(lambda image: image)
     return shows
-
-
-@pytest.fixture
-def no_camera(camera):
-    """One that must not be looked at."""
-
-    def started(image):
-        raise AssertionError
-
-    camera(started)

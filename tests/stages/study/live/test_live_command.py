@@ -8,6 +8,7 @@ from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
 
+import av
 import numpy as np
 import pytest
 
@@ -39,8 +40,6 @@ def test_every_frame_of_a_file_is_in_the_recording_with_its_keypoints(from_file,
 
 
 def test_images_are_there_as_they_were_shown(from_file):
-    import av
-
     frames, samples = logged(from_file / "live.rrd", "video", "VideoStream:sample")
     assert frames.tolist() == list(range(60))
     decoder = av.CodecContext.create("h264", "r")
@@ -103,7 +102,8 @@ def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
         "rectify.rectifier=nothing",
     ],
 )
-def test_a_setting_that_live_cannot_use_is_refused_before_anything_is_recorded(no_camera, tmp_path, setting):
+def test_a_setting_that_live_cannot_use_is_refused_before_anything_is_recorded(camera, tmp_path, setting):
+    camera(pytest.fail)  # which must not be looked at
     with pytest.raises(InputError):
         live(source="0", output=tmp_path / "out", settings=[setting])
     assert not any(tmp_path.iterdir())
