@@ -13,7 +13,6 @@ from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.take_walks import least_step
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
-from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.measures.stage import Measures
@@ -138,14 +137,7 @@ def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, count):
 
 def test_no_cadence_from_fewer_than_three_strides(walk):
     strikes = np.sort(np.concatenate(list(walk.heel_strikes_s.values())))
-    rows = slice(round(30 * (strikes[1] - 0.1)), round(30 * (strikes[4] + 0.25)))
-    part = walk.poses.with_(
-        joints=walk.poses.joints[rows],
-        confidence=None,
-        time_s=walk.poses.time_s[rows],
-        frame_index=walk.poses.frame_index[rows],
-        path=walk.poses.path and RootPath(walk.poses.path.points[rows]),
-    )
+    part = walk.poses.rows(round(30 * (strikes[1] - 0.1)), round(30 * (strikes[4] + 0.25)))
     walking = nested(measured(part).measures)["walking"]
     assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} initial contacts"
     assert walking["right"]["strides"] + walking["left"]["strides"] == 2
@@ -208,12 +200,8 @@ def test_errors_of_one_side_do_not_depend_on_how_a_camera_s_axes_are_named():
 
 def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     straight = walker(seconds=12, turn_deg=5)
-    world = straight.world - straight.root[:, None] * (
-        1,
-        1,
-        0,
-    )  # the camera goes with the person, or the floor moves
-    on_belt = straight.poses.with_(joints=world)
+    # The camera goes with the person, or the floor moves.
+    on_belt = straight.poses.with_(joints=straight.world - straight.root[:, None] * [1, 1, 0])
     done = measured(on_belt)
     assert "on-a-belt" in [each.code for each in done.said]
     found = nested(done.measures)["walking"]
@@ -222,9 +210,8 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     told = nested(measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures)["walking"]
     assert (told["belt"], told["belt_speed"]) == ("its speed was given", 1.25)
     assert told["walking_speed"] == pytest.approx(1.25, rel=0.03)
-    nowhere = nested(measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures)[
-        "walking"
-    ]
+    nowhere = measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25)))
+    nowhere = nested(nowhere.measures)["walking"]
     assert nowhere["mean_step_length"] == pytest.approx(1.25 * 60 / straight.cadence_spm, rel=0.05)
     assert "belt" not in nested(measured(straight.poses).measures)["walking"]
     assert "belt_speed_error" not in found  # which is known of lifted walks only

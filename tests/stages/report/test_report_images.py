@@ -94,14 +94,17 @@ def test_points_that_were_not_seen_are_not_drawn():
     assert np.isnan(keypoints_at(Take("t", poses=poses, keypoints=seen), 7)[0]).all()
 
 
+def picture(*asked, **more) -> np.ndarray:
+    """(H, W, 3) the picture that `jpeg` makes, in BGR."""
+    return cv2.imdecode(np.frombuffer(jpeg(*asked, **more), np.uint8), cv2.IMREAD_COLOR)
+
+
 def test_keypoints_are_drawn_where_they_are():
     """A right leg along a diagonal of a grey shown: its colour is on the line, and nowhere far from it."""
     image = np.full((200, 300, 3), 128, np.uint8)
     keypoints = np.full((17, 2), np.nan)
     keypoints[H36M17.indices(("r_hip", "r_knee"))] = [[100, 40], [180, 120]]
-    shown = cv2.imdecode(np.frombuffer(jpeg(image, keypoints, H36M17), np.uint8), cv2.IMREAD_COLOR).astype(
-        int
-    )
+    shown = picture(image, keypoints, H36M17).astype(int)
     assert shown.shape == (360, 360, 3)
     orange = np.argwhere(shown[..., 2] - shown[..., 0] > 90)
     # The square around the leg has its middle at the knee-hip middle and 1.35 times its side.
@@ -119,7 +122,7 @@ def test_keypoints_are_drawn_where_they_are():
 )
 def test_without_a_person_in_it_the_whole_image_is_shown(points):
     image = np.zeros((90, 160, 3), np.uint8)
-    shown = cv2.imdecode(np.frombuffer(jpeg(image, points, H36M17), np.uint8), cv2.IMREAD_COLOR)
+    shown = picture(image, points, H36M17)
     assert shown.shape[1] == 360
     assert shown.shape[0] == pytest.approx(360 * 90 / 160, abs=1)
 
@@ -174,10 +177,7 @@ def test_a_picture_shows_the_whole_person_where_the_detector_is_unsure_of_the_li
     trunk = np.where(np.abs(every - (100, 100)).max(axis=1, keepdims=True) < 30, every, np.nan)
     image = np.zeros((200, 200, 3), np.uint8)
     image[20:24, 40:44] = 255  # beside the highest joint
-    whole, part = (
-        cv2.imdecode(np.frombuffer(jpeg(image, trunk, COCO17, around=around), np.uint8), cv2.IMREAD_COLOR)
-        for around in (every, None)
-    )
+    whole, part = (picture(image, trunk, COCO17, around=around) for around in (every, None))
     assert whole[:, :90].max() > 200
     assert part[:, :90].max() < 50
 

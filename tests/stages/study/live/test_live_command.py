@@ -51,8 +51,7 @@ def test_images_are_there_as_they_were_shown(from_file):
     np.testing.assert_allclose(corners, 8 + 4 * np.arange(60), atol=3)
 
 
-def test_what_is_recorded_is_for_run(from_file, joints_px, numbered_film, capsys):
-    """By the command that live prints."""
+def test_what_is_recorded_is_for_run(from_file, joints_px):
     made = {path.name for path in from_file.iterdir()}
     assert made == {"live.rrd", "keypoints.npz", "summary.json"}  # no video: the file itself is there
     (person,) = read_all(from_file / "keypoints.npz")
