@@ -87,6 +87,16 @@ def test_swaying_is_told_from_the_error_of_measured_joints(noise_m):
     assert np.sqrt(((found - velocity) ** 2).mean()) < 0.6 * np.sqrt((velocity**2).mean())
 
 
+def test_a_cycle_a_second_keeps_its_peaks_when_the_error_is_small():
+    time_s = times(6)
+    path, acceleration = wave(time_s, 1.0)
+    rng = np.random.default_rng(0)
+    seen = path + drift(rng, time_s, 0.003, 3)[:, None]
+    found, true = known_noise(seen, time_s, same(time_s, 0.003)).values[2][30:150], acceleration[30:150]
+    assert (found * true).sum() / (true**2).sum() == pytest.approx(1, abs=0.03)
+    assert found[..., :2].max() == pytest.approx(true.max(), rel=0.15)
+
+
 @pytest.mark.parametrize("sd", [0.005, 0.02])
 def test_bars_hold_nine_in_ten_of_what_the_model_draws(sd):
     """A path whose jerk is white noise above half a cycle a second, as people move, and an error that is forgotten

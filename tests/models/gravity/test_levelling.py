@@ -47,6 +47,18 @@ def test_the_bound_of_bodies_reaches_an_up_by_which_they_are_above_their_feet(st
     assert bounds[0.0] < 15 < 30 < bounds[30.0]
 
 
+def test_a_turned_camera_turns_the_answer_and_nothing_else(seen):
+    """About its view: any other turn changes its pitch, and with that the error."""
+    R = noise_about(seen.R, 6)
+    Q = Rotation.from_euler("z", 140, degrees=True).as_matrix()
+    straight = seen.static(R)
+    turned = level_static(seen.seen(Q @ R, joints=rotate(Q, seen.joints)))
+    np.testing.assert_allclose(turned.R_camera_from_level, Q @ straight.R_camera_from_level, atol=1e-4)
+    np.testing.assert_allclose(turned.R_camera_from_body, Q @ straight.R_camera_from_body, atol=1e-4)
+    np.testing.assert_allclose(turned.error_deg, straight.error_deg, rtol=1e-3)
+    np.testing.assert_allclose(turned.up_error_deg, straight.up_error_deg, rtol=1e-3)
+
+
 # --- headings
 
 

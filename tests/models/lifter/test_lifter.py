@@ -14,7 +14,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import rectifier
 from pcnet3d.models.common.metrics import joint_error
 from pcnet3d.models.lab.common.metrics import scaled
-from pcnet3d.models.lifter.builtin import network
+from pcnet3d.models.lifter.builtin import network, run
 from pcnet3d.models.lifter.clock import clock_of
 from pcnet3d.models.lifter.features import HALF_WINDOW, features, ray_rotation
 from pcnet3d.models.lifter.live import LiveLifter
@@ -42,6 +42,13 @@ def person(frames=60, at=(960, 540), seed=0):
 
 def poses(pixels, **changes):
     return PoseSequence(pixels, H36M17, IMAGE, frame_index=np.arange(len(pixels)), **changes)
+
+
+def test_chunks_make_no_clip_boundary():
+    x, _ = features(person(700), np.full((700, 17), np.nan), np.array(SIZE, dtype=float), np.array(1920.0))
+    whole = run(x, chunk=10_000)[0]
+    for chunk in (100, 257):
+        np.testing.assert_allclose(run(x, chunk=chunk)[0], whole, atol=1e-5)
 
 
 def test_a_facing_person_comes_out_upright_with_left_on_the_right():

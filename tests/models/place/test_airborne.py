@@ -378,6 +378,12 @@ def jump(high: float, fps: float = 60.0, box: float = 0.0) -> dict:
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+@pytest.mark.parametrize("high", [0.06, 0.12, 0.25])
+def test_a_known_jump_has_its_rise(high, fps):
+    assert lifted_rise(**jump(high, fps)) == pytest.approx(high, abs=0.015)
+
+
 def test_when_the_feet_leave_hardly_matters():
     """At the take-off 20 ms are 0.02 statures of the path."""
     one = jump(0.12)

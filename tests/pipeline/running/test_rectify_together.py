@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from golden.ups import stated_deg
 from pcnet3d.models.gravity.votes import LEAN_DEG
-from pcnet3d.pipeline import InputError, rotate
+from pcnet3d.pipeline import GL_CAMERA, InputError, change_frame, rotate
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.stages import rectify, rectify_together
 
@@ -24,6 +24,13 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module", params=["pcnet", "geometric"])
 def both(scene, request):
     return rectify_together(scene.poses, request.param)
+
+
+def test_other_camera_axes_give_the_same_level(scene, both):
+    other = [change_frame(poses, GL_CAMERA) for poses in scene.poses]
+    method = "geometric" if "geometric" in both[0].method else "pcnet"
+    for a, b in zip(both, rectify_together(other, method), strict=True):
+        np.testing.assert_allclose(a.level.joints, b.level.joints, atol=1e-4)
 
 
 def test_one_level_whose_back_is_against_the_cameras_view(scene, both):

@@ -182,6 +182,17 @@ def test_derivatives_of_a_pendulum(uneven):
     assert np.isnan(derivative(x[:2], time_s[:2])).all()
 
 
+def test_no_derivative_reaches_across_a_gap_or_a_clip_boundary():
+    time_s = np.arange(12.0)
+    path = np.arange(12.0)[:, None].copy()
+    path[6:] += 100  # a step at the clip boundary
+    path[3] = np.nan
+    speed = derivative(path, time_s, seams=(6,))[:, 0]
+    np.testing.assert_allclose(speed[:3], 1)
+    assert np.isnan(speed[3:6]).all()  # the gap itself, and a run of two rows before the clip boundary
+    np.testing.assert_allclose(speed[6:], 1)
+
+
 def test_resampling_meets_the_points_and_leaves_the_gaps():
     time_s = np.arange(60) / 30
     x = np.sin(3 * time_s)
