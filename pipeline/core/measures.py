@@ -258,8 +258,9 @@ def shown(value: float, error: float) -> str:
 
 
 def with_bar(value: float, error: float) -> str:
-    """A figure and the half width of its 90 % bar, as people read them."""
-    return f"{shown(value, error)} ± {half_bar(error):g}"
+    """A figure and the half width of its 90 % bar, both to the last digit of the figure, as people read them."""
+    bar = f"{SD_90 * error:.{decimals(error)}f}" if error > 0 else "0"
+    return f"{shown(value, error)} ± {bar}"
 
 
 def without_error(value: float) -> str:

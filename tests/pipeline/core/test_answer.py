@@ -41,7 +41,7 @@ def raised(start_s: float, peak_at_s: float, stop_s: float, peak_deg: float = 97
 
 def test_a_walk_with_its_cadence_speed_and_knees():
     assert answer(take(**walking())) == [
-        "Walked 4 steps in 2.4 s. Cadence 98 ± 3 steps/min, speed 1.15 ± 0.082 m/s."
+        "Walked 4 steps in 2.4 s. Cadence 98 ± 3 steps/min, speed 1.15 ± 0.08 m/s."
     ]
 
 

@@ -97,10 +97,10 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     assert speed.within_error  # 0.10 of 1.645 * 0.071
     said = next(conclusion(found.pairs[0]))
     assert said == (
-        "1 of 2 figures differs by more than chance; front minus side: range of right knee flexion +20 ± 9.3°"
+        "1 of 2 figures differs by more than chance; front minus side: range of right knee flexion +20 ± 9°"
     )
     page = as_page(found)
-    assert "+20 ± 9.3 *</td>" in page
+    assert "+20 ± 9 *</td>" in page
     assert "different or unknown places" in page
     assert re.search(r"<td[^>]*class=soft[^>]*>\+0\.10 ± 0\.12</td>", page)
     (entry,) = (one for one in figures(found)["pairs"]["front"]["changes"] if one["unit"] == "m/s")
