@@ -13,10 +13,10 @@ from ..models.detector.flow import NEAR_LAGS, SIDE, Flow, flow_notice, flow_of, 
 from ..models.gravity.view import camera_of, static_camera
 from ..pipeline.core.camera import TREMBLE, Background, Camera
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.intrinsics import read_camera
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
+from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import images_at, shown_size
 
 

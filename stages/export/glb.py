@@ -206,7 +206,8 @@ def _surface(bone: np.ndarray) -> np.ndarray:
     """(V, 3) the corners of a bone's surface from 0 to `bone` (3,)."""
     along = unit(bone)
     across = unit(np.cross(along, np.eye(3)[np.abs(along).argmin()]))
-    return np.linalg.norm(bone) * _CORNERS @ np.stack([along, across, np.cross(along, across)])
+    R_rest_from_bone = np.stack([along, across, np.cross(along, across)], axis=-1)
+    return rotate(R_rest_from_bone, np.linalg.norm(bone) * _CORNERS)
 
 
 def _animation(animated: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:

@@ -188,7 +188,8 @@ def _read_study(path: Path) -> object:
 
 def _read_camera(path: Path) -> object:
     """Whichever camera of the file, to the video's size, and what is seen through it."""
-    from pcnet3d.pipeline.core.intrinsics import _cameras, read_camera, undistorted
+    from pcnet3d.pipeline.core.intrinsics import undistorted
+    from pcnet3d.pipeline.files.camera_file import _cameras, read_camera
 
     for name in _cameras(path):
         camera = read_camera(path, name, (1920, 1080))
