@@ -54,4 +54,8 @@ def __getattr__(name: str) -> Any:
         from .pipeline.core.pose import package_version
 
         return package_version()
+    if name not in __all__:
+        from .pipeline.plugins.removed import refuse_removed
+
+        refuse_removed("names", name)
     return _named(name)

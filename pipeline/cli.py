@@ -22,6 +22,7 @@ from .core.messages import Detail, is_verbose, say, set_detail
 from .core.system import limit_opencv
 from .plugins import registry
 from .plugins.options import did_you_mean
+from .plugins.removed import refuse_removed
 
 _LAB = "lab"  # the commands of the laboratory stand behind this word
 _HELP = {"help_option_names": ["-h", "--help"]}
@@ -37,6 +38,8 @@ class _Command(TyperCommand):
             if word in _DETAILS:
                 set_detail(_DETAILS[word])
         args = [word for word in words if word not in _DETAILS] + args[len(words) :]
+        for word, value in zip(words, [*words[1:], ""], strict=True):
+            refuse_removed("flags", f"{self.name} {word.partition('=')[0]}", f"{self.name} {word} {value}")
         rest = super().parse_args(ctx, args)
         for parameter in self.params:
             value = ctx.params.get(parameter.name)
@@ -65,6 +68,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, names = args[0], registry.registered(self.group)
         if name not in names and not name.startswith("-"):
+            refuse_removed(self.group, name)
             raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, names)}")
         return name, load_command(name, self.group), args[1:]
 

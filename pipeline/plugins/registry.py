@@ -10,6 +10,7 @@ from typing import Any
 from ..core.errors import InputError
 from ..core.messages import say
 from .options import did_you_mean
+from .removed import refuse_removed
 
 # What pcnet3d asks of an object before it is used (protocols.py), by the group it is registered in; of a model also
 # what it asks of the object that the model opens as.
@@ -135,6 +136,7 @@ def _checked(group: str, name: str, loaded: Any, socket: tuple[str, ...]) -> Any
 
 
 def _unknown(group: str, name: str, hint: str = "") -> InputError:
+    refuse_removed(group, name)
     near = did_you_mean(name, registered(group))
     return InputError("name-unknown", f"There is no {_one(group)} '{name}'; {near}{hint}")
 

@@ -31,6 +31,7 @@ from ..core.errors import InputError
 from ..core.take import Check, Handedness, Session, Swaps, Told
 from ..files.atomic import printable
 from ..plugins.options import did_you_mean, pairs
+from ..plugins.removed import refuse_removed
 from .load import Source
 from .normalise import Guards
 
@@ -304,6 +305,7 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
     stages: dict[str, Any] = {}
     keypoints = {}
     for name, value in settings.items():
+        refuse_removed("settings", name, f"{name}={value}")
         part, dot, key = name.partition(".")
         if part == READ:
             if key not in reading_options():
@@ -333,6 +335,7 @@ def _refusal(error: ValidationError) -> InputError:
     if isinstance(cause, InputError):
         return cause
     if first["type"] == "extra_forbidden":
+        refuse_removed("settings", f"{READ}.{name}")
         hint = did_you_mean(name, RunOptions.model_fields)
         return InputError("name-unknown", f"A run has no option '{name}'; {hint}")
     return InputError("bad-value", f"{flag_of(name)}={first['input']}: {first['msg']}.")

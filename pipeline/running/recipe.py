@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ..core.errors import InputError
 from ..plugins import registry
 from ..plugins.options import call, did_you_mean
+from ..plugins.removed import refuse_removed
 from .runner import Pipeline
 
 _EXTENDS, _AFTER = "extends", "after"
@@ -115,6 +116,7 @@ def load_recipe(path: str | Path | None = None) -> Recipe:
         raise InputError("bad-value", f"Recipe {path}: {place}: {first['msg']}.") from None
     for entry in recipe.stages:
         for option, value in entry.options.items():
+            refuse_removed("settings", f"{entry.use}.{option}", f"{entry.use}.{option}={value}")
             if isinstance(value, str) and _leads_out(value):
                 raise InputError(
                     "unsafe",

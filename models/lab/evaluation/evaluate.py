@@ -22,6 +22,7 @@ from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.plugins.removed import refuse_removed
 from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
@@ -188,6 +189,7 @@ def _asked(report: str, given: dict[str, Any]) -> dict[str, Any]:
     """The report's options: those given, and its own defaults. InputError for a report that there is not, an option
     that it does not take, test people without a reason, and a reason without them."""
     if report not in REPORTS:
+        refuse_removed("reports", report)
         raise InputError("name-unknown", f"There is no report '{report}'; {did_you_mean(report, REPORTS)}")
     of = REPORTS[report]
     if strange := [name for name in given if name not in of.takes]:
