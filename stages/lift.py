@@ -42,12 +42,11 @@ class Lift:
     up and the first lift does not contradict that.
 
     lifter: "pcnet3d" (built in), the name of another, an .onnx file of one that was trained here, or a function
-    (models.lifter.function). unit: of what a function answers. flip: average with the lift of the mirrored person.
+    (models.lifter.function). unit: of what a function answers.
     """
 
     lifter: str | Callable[..., Any] = "pcnet3d"
     unit: str | None = None
-    flip: bool = False
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"
@@ -123,7 +122,6 @@ class Lift:
             keypoints,
             size,
             None if guessed and "guessed focal" not in takes else focal_px,
-            self.flip,
             take.video,
             intrinsics,
             focal_guessed=guessed,

@@ -23,7 +23,7 @@ from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import open_onnx
 from . import SHIPPED
 from .clock import averaged, clock_of
-from .features import ASSUMED_FOCAL, HALF_WINDOW, features, flipped
+from .features import ASSUMED_FOCAL, HALF_WINDOW, features
 from .keypoints import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
@@ -35,9 +35,8 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     """One person's 2D keypoints lifted to 3D. model: "pcnet3d", the shipped one, or a file.
 
     asked: keypoints in IMAGE, pixels, in any layout; missing joints NaN. An unknown focal length is taken for the
-    longer image side. flip: average with the lift of the mirrored person, for twice the time. up: where that is known
-    within a few degrees: then a lean away from the camera is told from a camera that looks down. The lift jumps
-    between frames in which it is NaN and others.
+    longer image side. up: where that is known within a few degrees: then a lean away from the camera is told from a
+    camera that looks down. The lift jumps between frames in which it is NaN and others.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
     half a second without any joint are NaN. Joints that are missing for a moment are put on a line between where they
@@ -46,7 +45,7 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     Raises InputError for another frame, normalised coordinates, an unusable image size, or keypoints that jump between
     two people.
     """
-    keypoints, flip, up = remap(asked.keypoints, H36M17), asked.flip, asked.up
+    keypoints, up = remap(asked.keypoints, H36M17), asked.up
     size = checked_size(replace(asked, keypoints=keypoints))
     focal = float(asked.focal_px) if asked.focal_px is not None else ASSUMED_FOCAL * float(size.max())
     pixels, confidence, rows = on_grid(keypoints)
@@ -69,7 +68,7 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
                 pixels_around, trust, up_around = (each[around] for each in rows_of_phase)
                 x, R_camera_from_ray = features(pixels_around, trust, size, np.asarray(focal), up_around)
                 R_camera_from_ray = R_camera_from_ray[inside]
-                answer, sd = (each[inside] for each in _run_both(x, model, flip))
+                answer, sd = (each[inside] for each in run(x, model))
                 joints[part][kept] = rotate(R_camera_from_ray, answer.astype(np.float64))
                 covariance[part][kept] = _covariance(sd, R_camera_from_ray)
         both = [averaged(each, phases) for each in (joints, covariance)]
@@ -89,7 +88,6 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
         kind=KIND,
         focal_px=focal,
         focal_known=asked.focal_known,
-        flip=flip,
         up_known=up is not None,
         frames_without_joints=int(unseen.sum()),
         joints_on_a_line=int(on_a_line.sum()),
@@ -120,16 +118,6 @@ def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tup
         parts.append([each[0, kept] for each in answer])
     joints, sd = (np.concatenate(each) for each in zip(*parts, strict=True))
     return joints, sd
-
-
-def _run_both(x: np.ndarray, model: str | Path, flip: bool) -> tuple[np.ndarray, np.ndarray]:
-    """As `run`; flip: the mean with that of the mirrored person."""
-    answer, sd = run(x, model)
-    if flip:
-        mirrored, mirrored_sd = run(flipped(x), model)
-        answer = (answer + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
-        sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
-    return answer, sd
 
 
 def _covariance(sd: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:

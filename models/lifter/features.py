@@ -91,17 +91,6 @@ def ray_rotation(centre: Array, up: Array | None = None) -> Array:
     return library.stack([right, library.linalg.cross(away, right), away], -1)
 
 
-def flipped(x: np.ndarray) -> np.ndarray:
-    """Features (..., CHANNELS) of the mirrored person."""
-    joints = len(H36M17)
-    image = x[..., : 2 * joints].reshape(*x.shape[:-1], joints, 2)[..., H36M17.mirror, :]
-    image = (image * np.array([-1, 1], dtype=x.dtype)).reshape(*x.shape[:-1], -1)
-    trust = x[..., 2 * joints : 3 * joints][..., H36M17.mirror]
-    present = x[..., 3 * joints : 4 * joints][..., H36M17.mirror]
-    extra = x[..., 4 * joints :] * np.array([-1, 1, 1, 1, 1, 1], dtype=x.dtype)
-    return np.concatenate([image, trust, present, extra], axis=-1)
-
-
 def _homogeneous(places: Array) -> Array:
     """(..., 3) of places (..., 2) on the plane at 1 before the camera."""
     library: Any = library_of(places)

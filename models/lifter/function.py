@@ -38,8 +38,6 @@ class FunctionLifter:
         """InputError where the function raises, or answers something else."""
         keypoints = asked.keypoints
         width, height = (int(side) for side in checked_size(asked))
-        if asked.flip:
-            raise InputError("option-conflict", "A function lifts once; leave --set lift.flip out.")
         pixels, confidence, rows = on_grid(keypoints)
         rate = rate_of(keypoints, rows)
         refuse_two_people(pixels, rate)

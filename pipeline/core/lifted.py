@@ -22,7 +22,7 @@ class ToLift:
     keypoints: of one person, in IMAGE, pixels, in the detector's layout; missing joints NaN. image_size: width and
         height in pixels as the video is shown, None where unknown.
     focal_px: focal length in pixels, None when unknown. focal_guessed: that it is only what phones usually have.
-    flip: average with the lift of the mirrored person. video: the one that the frame numbers are of.
+    video: the one that the frame numbers are of.
     intrinsics: those of a calibrated camera. The keypoints are then free of the lens's distortion, except for a lifter
         that looks at the images.
     up: (3,) unit vector in CAMERA, or (T, 3) for a moving camera, if up is known within a few degrees; NaN in frames
@@ -32,7 +32,6 @@ class ToLift:
     keypoints: PoseSequence
     image_size: tuple[int, int] | None = None
     focal_px: float | None = None
-    flip: bool = False
     video: Video | None = None
     intrinsics: Intrinsics | None = None
     up: np.ndarray | None = None
@@ -53,8 +52,7 @@ class Lifted:
     model: how results name the lifter, "name@<hash>". kind: of network, in a word.
     focal_px: the focal length in pixels that the poses rest on, given or assumed by the lifter; None if they rest on
         none. focal_known: ToLift.focal_known.
-    flip: whether the mirrored lift was averaged. up_known: whether the poses rest on the given up; None for a lifter
-        that takes none.
+    up_known: whether the poses rest on the given up; None for a lifter that takes none.
     frames_without_joints: too far from any keypoint to be lifted. joints_on_a_line: missing keypoints, put on a line
         between where they were seen. None for what the lifter does not count.
 
@@ -66,7 +64,6 @@ class Lifted:
     kind: str
     focal_px: float | None
     focal_known: bool
-    flip: bool = False
     up_known: bool | None = None
     frames_without_joints: int | None = None
     joints_on_a_line: int | None = None

@@ -69,9 +69,9 @@ def test_a_long_take_in_pieces_has_the_answer_of_the_whole(rate, monkeypatch):
     pixels[300:305] = np.nan  # nobody is seen for a moment, and a joint for longer
     pixels[290:330, 4] = np.nan
     given = poses(pixels, time_s=np.arange(450) / rate)
-    whole = lift(given, SIZE, flip=True)
+    whole = lift(given, SIZE)
     monkeypatch.setattr("pcnet3d.models.lifter.builtin._ROWS", 101)
-    pieces = lift(given, SIZE, flip=True)
+    pieces = lift(given, SIZE)
     np.testing.assert_allclose(pieces.joints, whole.joints, atol=1e-5)
     np.testing.assert_allclose(pieces.covariance, whole.covariance, atol=1e-5)
 
@@ -97,14 +97,6 @@ def test_a_size_is_averaged_over_as_many_frames_on_each_side():
     ]
     changed = np.flatnonzero(~np.isclose(*averaged, rtol=1e-6))
     assert changed.tolist() == list(range(120 - HALF_WINDOW, 120 + HALF_WINDOW + 1))
-
-
-def test_mirrored_person_gives_the_mirrored_skeleton_with_flip():
-    pixels = person(40, at=(700, 400))
-    mirrored = pixels[:, H36M17.mirror] * [-1, 1] + [SIZE[0], 0]
-    a = lift(poses(pixels), SIZE, flip=True).joints
-    b = lift(poses(mirrored), SIZE, flip=True).joints
-    np.testing.assert_allclose(b, a[:, H36M17.mirror] * [-1, 1, 1], atol=1e-5)
 
 
 def test_image_size_does_not_matter():

@@ -99,11 +99,10 @@ def test_what_is_told_of_the_recording_cannot_be_contradicted(setting):
 
 
 def test_settings_reach_their_stage_in_the_type_it_asks_for():
-    given = ["clean.spike=0.7", "lift.flip=yes", "measures.repeat=r_elbow_flexion,l_elbow_flexion"]
+    given = ["clean.spike=0.7", "measures.unusable=yes", "measures.repeat=r_elbow_flexion,l_elbow_flexion"]
     assert told(keypoints=KEYPOINTS, settings=given) == {
         "clean": {"spike": 0.7},
-        "lift": {"flip": True},
-        "measures": {"repeat": ("r_elbow_flexion", "l_elbow_flexion")},
+        "measures": {"unusable": True, "repeat": ("r_elbow_flexion", "l_elbow_flexion")},
     }
 
 
@@ -121,7 +120,7 @@ def test_settings_of_reading_are_fields():
         ("clean.spkie=3", ["'clean'", "'spkie'", "did you mean spike"]),
         ("clean.spike=wide", ["'clean'", "spike='wide'", "number"]),
         ("clean.spike=nan", ["'clean'", "spike='nan'", "finite"]),
-        ("lift.flip=true", ["lift.flip", "'lift'", "this run does not have"]),
+        ("lift.lifter=mine", ["lift.lifter", "'lift'", "this run does not have"]),
         ("lift=off", ["lift=off", "'lift'", "this run does not have"]),
         ("read.fps=30", ["read.fps", "it is --fps"]),
         ("read.swap=mask", ["read.swap", "did you mean swaps"]),

@@ -114,7 +114,11 @@ def test_common_options_are_checked_too(study, told):
 def test_an_option_that_a_take_has_no_use_for_is_refused_with_its_line(study):
     with pytest.raises(InputError, match=r"line 3: --detector is for the stage 'detect'"):
         read_entries(manifest(study, "poses,detector", "a.npy,", "b.npy,movenet"), {})
-    for name, value in {"detector": "movenet", "calibrate.camera_name": "cam01", "lift.flip": "yes"}.items():
+    for name, value in {
+        "detector": "movenet",
+        "calibrate.camera_name": "cam01",
+        "lift.lifter": "mine",
+    }.items():
         with pytest.raises(InputError, match=r"line 2: .* which this run does not have"):
             read_entries(manifest(study, "poses", "a.npy"), {"fps": "30", name: value})
 
