@@ -28,7 +28,6 @@ from ..pipeline.core.rotations import rotate, transpose
 from ..pipeline.core.take import CameraMotion, Check, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.reading.given import Meaning, poses_given
-from ..pipeline.reading.normalise import Guards
 from ..pipeline.signals.checks import nobody_upright
 from ..pipeline.signals.guard import doubts
 
@@ -124,9 +123,8 @@ def rectify(
     reason, and never raises. InputError for another layout, shape or frame, for a body that is mirrored or upside down,
     as of a file, and if the camera's lean is given twice.
     """
-    guards = Guards(check=check)
-    source = poses_given(poses, Meaning(axes, joints, unit), fps, guards)
-    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
+    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, check=check)
+    source = poses_given(poses, Meaning(axes, joints, unit), fps, told)
     ((rectified, notices),) = _rectify([source], rectifier, told, view)
     doubted = doubts(source) if check == "refuse" else ()
     rectified, more = _judged(rectified, doubted)
@@ -154,8 +152,8 @@ def rectify_together(
     A static camera's up is pooled over the people (models/gravity/people.py). With a moving camera each person has
     their own up in each frame, and all share the heading.
     """
-    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    sources = [poses_given(poses, Meaning(), guards=Guards(check=check)) for poses in people]
+    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, check=check)
+    sources = [poses_given(poses, Meaning(), told=told) for poses in people]
     return tuple(rectified for rectified, _ in _rectify(sources, rectifier, told, view))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
 import numpy as np
 
@@ -106,8 +106,11 @@ class Told:
     def __post_init__(self) -> None:
         pitch, roll = self.pitch_deg, self.roll_deg
         angles = [angle for angle in (pitch, roll) if angle is not None]
-        if self.camera not in (None, "static", "moving"):
-            raise InputError("bad-value", f"Expected a camera that is static or moving, got '{self.camera}'.")
+        words = {"camera": CameraMotion, "handedness": Handedness, "check": Check, "swaps": Swaps}
+        for name, allowed in words.items():
+            if (value := getattr(self, name)) not in (getattr(Told, name), *get_args(allowed)):
+                expected = ", ".join(get_args(allowed))
+                raise InputError("bad-value", f"Expected {name} to be one of {expected}; got '{value}'.")
         figures = (
             (self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
             (self.stature_m, *STATURES_M, "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
@@ -150,6 +153,9 @@ class Told:
     def standing(self) -> bool:
         """Whether a camera is told that stands still, by itself or by how it looks."""
         return self.camera == "static" or self.gravity is not None or self.pitch_deg is not None
+
+
+SILENT = Told()
 
 
 @dataclass(frozen=True)
@@ -199,7 +205,7 @@ class Take:
     notices: tuple[Notice, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()
-    told: Told = Told()
+    told: Told = SILENT
 
     def __repr__(self) -> str:
         rows = self.rows

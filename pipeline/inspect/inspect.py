@@ -13,12 +13,11 @@ from ..core.errors import InputError
 from ..core.messages import how_many
 from ..core.notices import EXIT_CODES, Notice, grave, notice, verdict
 from ..core.pose import PoseSequence
-from ..core.take import Take
+from ..core.take import Take, Told
 from ..plugins import registry
 from ..reading.bounds import check_times
 from ..reading.choose import choose_person
 from ..reading.load import load
-from ..reading.normalise import Guards
 from ..signals.altered import altered
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.findings import pose_findings, row_findings, swap_findings
@@ -125,7 +124,7 @@ def inspect(
                 findings.append(notice("refused", reason=str(error)))
         if source.frame.dims == 3:
             try:
-                poses = read.normalised(source, guards=Guards(check="off"))
+                poses = read.normalised(source, told=Told(check="off"))
             except InputError as error:
                 findings.append(notice("refused", reason=str(error)))
             else:

@@ -16,11 +16,12 @@ from ..core.layouts import H36M17, LAYOUTS, Layout, layout_named, layouts_of
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy, PoseSequence
 from ..core.rotations import is_finite
+from ..core.take import SILENT, Told
 from ..signals.guard import guarded
 from .bounds import timed
 from .joint_order import check_order, likely_layout
 from .load import Source
-from .normalise import Guards, normalised
+from .normalise import normalised
 
 AXES = {"camera": CAMERA, "camera-y-up": GL_CAMERA, "z-up": Z_UP, "y-up": Y_UP}
 UNIT = "arbitrary"
@@ -60,31 +61,28 @@ class Meaning:
             )
 
 
-def poses_given(
-    values: Any, meaning: Meaning, fps: float | None = None, guards: Guards | None = None
-) -> PoseSequence:
+def poses_given(values: Any, meaning: Meaning, fps: float | None = None, told: Told = SILENT) -> PoseSequence:
     """One person's 3D poses, as `read` gives them.
 
     values: joints (T, J, 3) or, of one frame, (J, 3), of which NaN and frames of zeros are missing; or poses that are
     read already, which are looked at once more. InputError for another shape, for joints in another order, and for
     what is wrong in a file, too.
     """
-    guards = guards or Guards()
     if isinstance(values, PoseSequence):
         meaning.refuse()
         poses = values if fps is None else timed(values, fps)
         whole = poses.layout.is_body and poses.frame.dims == 3
-        return guarded(poses, guards.handedness, "The poses", guards.check) if whole else poses
-    return normalised(_poses(values, meaning, guards), "The array of poses", fps, guards)
+        return guarded(poses, told.handedness, "The poses", told.check) if whole else poses
+    return normalised(_poses(values, meaning, told), "The array of poses", fps, told)
 
 
-def source_of_poses(given: Any, meaning: Meaning, guards: Guards) -> Source:
+def source_of_poses(given: Any, meaning: Meaning, told: Told) -> Source:
     """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`.
     InputError as of `poses_given`, and for keypoints."""
     people = _people(given, meaning)
     if people and any(person.frame.dims != 3 for person in people):
         raise InputError("wrong-content", "Expected poses in 3D, got 2D keypoints; give them as keypoints.")
-    return _source("poses", people or (_poses(given, meaning, guards),))
+    return _source("poses", people or (_poses(given, meaning, told),))
 
 
 def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
@@ -131,7 +129,7 @@ def layout_in_2d(count: int, joints: Layout | str | None, where: str) -> Layout:
     return layout
 
 
-def _poses(values: Any, meaning: Meaning, guards: Guards) -> PoseSequence:
+def _poses(values: Any, meaning: Meaning, told: Told) -> PoseSequence:
     """An array in the layout and frame that it is said to have, as an adapter gives poses."""
     where, layout, frame = "The array of poses", meaning.layout, meaning.frame
     joints = numbers(values, "poses")
@@ -146,7 +144,7 @@ def _poses(values: Any, meaning: Meaning, guards: Guards) -> PoseSequence:
             "wrong-content",
             f"{where}: expected the shape (frames, {len(layout)}, 3) of joints={layout.name}, got {shape}{hint}.",
         )
-    if guards.check == "refuse":
+    if told.check == "refuse":
         check_order(joints, layout, f"{where}: ", 'joints="{}"')
     made_by = MadeBy("estimated") if frame.family == "camera" else UNSAID
     return PoseSequence(joints, layout, frame, made_by=made_by)

@@ -12,7 +12,7 @@ from ..core.errors import InputError
 from ..core.layouts import layout_named
 from ..core.messages import how_many
 from ..core.pose import UNSAID, PoseSequence, Step, package_version
-from ..core.take import Check, Handedness, Video
+from ..core.take import SILENT, Check, Handedness, Told, Video
 from ..files.atomic import printable
 from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
@@ -20,9 +20,7 @@ from .bounds import check_times
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises, why_no_input
 from .joint_order import check_order
-from .normalise import Guards, normalised
-
-GUARDS = Guards()
+from .normalise import normalised
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +34,13 @@ class Source:
     where: str
     digest: str = ""
 
-    def normalised(
-        self, person: PoseSequence, fps: float | None = None, guards: Guards = GUARDS
-    ) -> PoseSequence:
+    def normalised(self, person: PoseSequence, fps: float | None = None, told: Told = SILENT) -> PoseSequence:
         """One of the people, as read_all gives them."""
         if not self.digest:
             options = {"adapter": self.adapter, "file": printable(self.path.name), "person": person.person}
             step = Step("read", package_version(), options)
             person = person.with_(history=(step, *person.history))
-        return normalised(person, self.where, fps, guards)
+        return normalised(person, self.where, fps, told)
 
 
 def read_all(
@@ -71,9 +67,9 @@ def read_all(
     to the pelvis, whose own way is `root` where the source knows it; 2D in IMAGE, in the detector's layout. Raises
     InputError.
     """
-    guards = Guards(handedness, check)
+    told = Told(handedness=handedness, check=check)
     source = load(Path(path), adapter, gives, options)
-    return tuple(_clocked(source.normalised(person, fps, guards), path) for person in source.people)
+    return tuple(_clocked(source.normalised(person, fps, told), path) for person in source.people)
 
 
 def read(
@@ -92,10 +88,10 @@ def read(
     Other arguments are those of read_all. What is wrong with the others does not matter. InputError when there are
     several and none is named.
     """
-    guards = Guards(handedness, check)
+    told = Told(handedness=handedness, check=check)
     source = load(Path(path), adapter, gives, options)
     chosen = choose_person(source.people, person, str(path))
-    return _clocked(source.normalised(chosen, fps, guards), path)
+    return _clocked(source.normalised(chosen, fps, told), path)
 
 
 def _clocked(poses: PoseSequence, path: str | Path) -> PoseSequence:

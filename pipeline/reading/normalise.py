@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import get_args
-
 import numpy as np
 
 from ..core.errors import InputError
@@ -13,31 +10,15 @@ from ..core.layouts import body_in, remap
 from ..core.messages import how_many
 from ..core.notices import notice
 from ..core.pose import PoseSequence
-from ..core.take import Check, Handedness
+from ..core.take import Told
 from ..signals.checks import empty_rows, whole_rows
 from ..signals.guard import guarded
 from .bounds import check_size, timed
 
 
-@dataclass(frozen=True)
-class Guards:
-    """What to do with poses that are wrong, as `read_all` says it. InputError for a guard that there is not."""
-
-    handedness: Handedness = "refuse"
-    check: Check = "refuse"
-
-    def __post_init__(self) -> None:
-        for name, allowed in (("handedness", Handedness), ("check", Check)):
-            if (value := getattr(self, name)) not in get_args(allowed):
-                raise InputError(
-                    "bad-value",
-                    f"Expected {name} to be one of {', '.join(get_args(allowed))}; got '{value}'.",
-                )
-
-
-def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guards) -> PoseSequence:
+def normalised(poses: PoseSequence, where: str, fps: float | None, told: Told) -> PoseSequence:
     """What was read, as read_all gives it: 2D as it is; 3D remapped, relative to the pelvis, guarded. where: what it
-    comes from, for errors. Raises InputError."""
+    comes from, for errors. told: its handedness and check count. Raises InputError."""
     if fps is not None:
         poses = timed(poses, fps)
     check_size(poses, where)
@@ -49,7 +30,7 @@ def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guard
     poses = change_frame(
         poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
     )
-    return guarded(poses, guards.handedness, where, guards.check)
+    return guarded(poses, told.handedness, where, told.check)
 
 
 def _missing(poses: PoseSequence, where: str) -> PoseSequence:

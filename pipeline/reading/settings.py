@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import date
 from functools import wraps
 from pathlib import Path
@@ -16,13 +15,13 @@ from typing import Annotated, Any, get_args, get_origin
 
 import typer
 from pydantic import (
+    AfterValidator,
     AllowInfNan,
     BaseModel,
     BeforeValidator,
     ConfigDict,
     InstanceOf,
     ValidationError,
-    ValidationInfo,
 )
 from typer.models import ParameterInfo
 
@@ -33,69 +32,51 @@ from ..files.atomic import printable
 from ..plugins.options import did_you_mean, pairs
 from ..plugins.removed import refuse_removed
 from .load import Source
-from .normalise import Guards
 
 OFF = "off"  # as the value of a whole stage: leave it out
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
 _INPUT, _PERSON, _CAMERA, _OUTPUT = "Input", "Person", "Camera", "Output"
 
-
-@dataclass(frozen=True)
-class Sets:
-    """That a value is short for `--set` of this STAGE.KEY."""
-
-    place: str
-
-
-@dataclass(frozen=True)
-class Tells:
-    """That a value is no stage's option but told of the recording, as this field of pipeline.core.take.Told."""
-
-    field: str
+# Fields that are told of the recording and are no stage's option, by their names in pipeline.core.take.Told.
+TOLD = {
+    "fps": "fps", "person": "person", "stature": "stature_m", "camera": "camera", "focal": "focal_px",
+    "image_size": "image_size", "pitch": "pitch_deg", "roll": "roll_deg", "gravity": "gravity",
+    "handedness": "handedness", "check": "check", "swaps": "swaps",
+}  # fmt: skip
+# Fields that are short for `--set` of a STAGE.KEY.
+SHORT = {"detector": "detect.detector", "lifter": "lift.lifter", "also": "export.also"}
+_FORMS = {  # of fields that are given as one text, for errors
+    "time_range": "START:END in seconds, START before END, such as 2.5:8",
+    "image_size": "WIDTHxHEIGHT",
+    "gravity": "X,Y,Z",
+    "date": "YYYY-MM-DD such as 2026-03-31",
+}
 
 
 def _option(panel: str, text: str, *names: str) -> Any:
     return typer.Option(*names, help=text, rich_help_panel=panel)
 
 
-def _parts(separator: str, example: str) -> BeforeValidator:
-    """Of a text the parts between the separators; pydantic reads each. example: for the error of a wrong number."""
-
-    def parted(value: Any, info: ValidationInfo) -> Any:
-        parts = value.lower().split(separator) if isinstance(value, str) else value
-        if isinstance(value, str) and len(parts) != example.count(separator) + 1:
-            raise InputError(
-                "bad-value", f"Expected {flag_of(info.field_name or '')}={example}, got '{value}'."
-            )
-        return parts
-
-    return BeforeValidator(parted)
+def _parts(separator: str) -> BeforeValidator:
+    """Of a text the parts between the separators, each of which pydantic reads."""
+    return BeforeValidator(lambda value: value.lower().split(separator) if isinstance(value, str) else value)
 
 
 def _date(value: Any) -> Any:
-    try:
-        return value if value is None else date.fromisoformat(str(value)).isoformat()
-    except ValueError:
-        raise InputError(
-            "bad-value", f"Expected --set read.date=YYYY-MM-DD such as 2026-03-31, got '{value}'."
-        ) from None
+    return value if value is None else date.fromisoformat(str(value)).isoformat()
 
 
-def _time_range(value: Any) -> Any:
+def _open_range(value: Any) -> Any:
+    """Of a text both ends, of which either may lack; ValueError for more or fewer."""
     if not isinstance(value, str):
         return value
-    start, colon, end = value.partition(":")
-    try:
-        span = float(start or 0), float(end or "inf")
-    except ValueError:
-        span = ()
-    if not (colon and span):
-        raise InputError(
-            "bad-value", f"Expected --time-range START:END in seconds, such as 2.5:8, got '{value}'."
-        )
-    if not span[0] < span[1]:
-        raise InputError("bad-value", f"Expected a --time-range that ends after it starts, got '{value}'.")
+    return [end or usual for end, usual in zip(value.split(":"), ("0", "inf"), strict=True)]
+
+
+def _in_order(span: tuple[float, float] | None) -> tuple[float, float] | None:
+    if span is not None and not span[0] < span[1]:
+        raise ValueError
     return span
 
 
@@ -154,11 +135,11 @@ class RunOptions(BaseModel):
         _option(
             _INPUT, "Frames per second, if no file states them or the stated rate is wrong (slow motion)."
         ),
-        Tells("fps"),
     ] = None
     time_range: Annotated[
         tuple[float, Annotated[float, AllowInfNan()]] | None,
-        BeforeValidator(_time_range),
+        BeforeValidator(_open_range),
+        AfterValidator(_in_order),
         _option(_INPUT, "Process only this part: START:END in seconds, such as 2.5:8, 2: or :8."),
     ] = None
     detector: Annotated[
@@ -166,7 +147,6 @@ class RunOptions(BaseModel):
         _option(
             _INPUT, "Network that finds joints in the video: a name from `pcnet3d list models`, or a file."
         ),
-        Sets("detect.detector"),
     ] = None
     lifter: Annotated[
         str | None,
@@ -174,7 +154,6 @@ class RunOptions(BaseModel):
             _INPUT,
             "Lifter to use without --poses: a name from `pcnet3d list models`, or an .onnx file of `lab train`.",
         ),
-        Sets("lift.lifter"),
     ] = None
     device: OnDevice = "auto"
     person: Annotated[
@@ -183,7 +162,6 @@ class RunOptions(BaseModel):
             _PERSON,
             "Which person: an ID in the file, longest or largest.",
         ),
-        Tells("person"),
     ] = None
     everyone: Annotated[
         bool, _option(_PERSON, "Process everybody who is visible, each into a folder.", "--everyone")
@@ -191,23 +169,18 @@ class RunOptions(BaseModel):
     stature: Annotated[
         float | None,
         _option(_PERSON, "The person's height in metres; it sets the scale."),
-        Tells("stature_m"),
     ] = None
     camera: Annotated[
         str | None,
         _option(_CAMERA, "static or moving; by default the background of the video decides."),
-        Tells("camera"),
     ] = None
-    focal: Annotated[
-        float | None, _option(_CAMERA, "Focal length in pixels, if known."), Tells("focal_px")
-    ] = None
+    focal: Annotated[float | None, _option(_CAMERA, "Focal length in pixels, if known.")] = None
     also: Annotated[
         tuple[str, ...],
         _option(
             _OUTPUT,
             "Format to write too: a name from `pcnet3d list writers`, such as csv or c3d; repeatable.",
         ),
-        Sets("export.also"),
     ] = ()
     no_frames: Annotated[
         bool, _option(_OUTPUT, "Keep images of the person out of the results.", "--no-frames")
@@ -230,13 +203,13 @@ class RunOptions(BaseModel):
     title: str | None = None
     person_id: str | None = None
     date: Annotated[str | None, BeforeValidator(_date)] = None
-    image_size: Annotated[tuple[int, int] | None, _parts("x", "WIDTHxHEIGHT"), Tells("image_size")] = None
-    pitch: Annotated[float | None, Tells("pitch_deg")] = None
-    roll: Annotated[float | None, Tells("roll_deg")] = None
-    gravity: Annotated[tuple[float, float, float] | None, _parts(",", "X,Y,Z"), Tells("gravity")] = None
-    handedness: Annotated[Handedness, Tells("handedness")] = "refuse"
-    check: Annotated[Check, Tells("check")] = "refuse"
-    swaps: Annotated[Swaps, Tells("swaps")] = "report"
+    image_size: Annotated[tuple[int, int] | None, _parts("x")] = None
+    pitch: float | None = None
+    roll: float | None = None
+    gravity: Annotated[tuple[float, float, float] | None, _parts(",")] = None
+    handedness: Handedness = "refuse"
+    check: Check = "refuse"
+    swaps: Swaps = "report"
     first_frame: int | None = None
     keypoints_adapter: str = "auto"
     keypoints_person: str | None = None
@@ -246,10 +219,11 @@ class RunOptions(BaseModel):
     ] = {}  # "poses", "keypoints": instead of files; their labels stand there
 
     def __init__(self, **given: Any) -> None:
+        given = _distributed(given)
         try:
-            super().__init__(**_distributed(given))
+            super().__init__(**given)
         except ValidationError as error:
-            raise _refusal(error) from None
+            raise _refusal(error, given) from None
 
     def with_(self, **changes: Any) -> RunOptions:
         """A copy with other values in these fields."""
@@ -258,7 +232,7 @@ class RunOptions(BaseModel):
     @property
     def told(self) -> Told:
         """What is told of the recording. InputError for what cannot be."""
-        fields = {tells.field: getattr(self, name) for name, tells in TOLD.items()}
+        fields = {of_told: getattr(self, name) for name, of_told in TOLD.items()}
         return Told(**fields, images=not self.no_frames)
 
     @property
@@ -266,21 +240,14 @@ class RunOptions(BaseModel):
         """What heads the report."""
         return Session(*(printable(text or "") for text in (self.title, self.person_id, self.date)))
 
-    @property
-    def guards(self) -> Guards:
-        """What is to be done with poses that are wrong."""
-        return Guards(self.handedness, self.check)
 
-
-def _marked(kind: type[Any]) -> dict[str, Any]:
-    """What stands beside the fields that have something of that kind, by the field."""
-    every = ((name, each) for name, field in RunOptions.model_fields.items() for each in field.metadata)
-    return {name: each for name, each in every if isinstance(each, kind)}
-
-
-TOLD: dict[str, Tells] = _marked(Tells)
-SHORT: dict[str, Sets] = _marked(Sets)
-PLACES: dict[str, ParameterInfo] = _marked(ParameterInfo)  # of the fields that have an option of their own
+# Of the fields that have an option of their own.
+PLACES: dict[str, ParameterInfo] = {
+    name: each
+    for name, field in RunOptions.model_fields.items()
+    for each in field.metadata
+    if isinstance(each, ParameterInfo)
+}
 
 
 def reading_options() -> tuple[str, ...]:
@@ -329,7 +296,8 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
     return {**fields, "settings": stages} if stages else fields
 
 
-def _refusal(error: ValidationError) -> InputError:
+def _refusal(error: ValidationError, given: Mapping[str, Any]) -> InputError:
+    """given: the fields as they were given."""
     first = error.errors()[0]
     cause, name = first.get("ctx", {}).get("error"), str(first["loc"][0])
     if isinstance(cause, InputError):
@@ -338,6 +306,8 @@ def _refusal(error: ValidationError) -> InputError:
         refuse_removed("settings", f"{READ}.{name}")
         hint = did_you_mean(name, RunOptions.model_fields)
         return InputError("name-unknown", f"A run has no option '{name}'; {hint}")
+    if name in _FORMS:
+        return InputError("bad-value", f"Expected {flag_of(name)}={_FORMS[name]}, got '{given[name]}'.")
     return InputError("bad-value", f"{flag_of(name)}={first['input']}: {first['msg']}.")
 
 

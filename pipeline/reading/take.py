@@ -40,7 +40,7 @@ def open_take(options: RunOptions) -> Take:
     if files.poses is not None:
         person = options.person if len(files.poses.people) > 1 else None
         chosen = choose_person(files.poses.people, person, str(files.poses.path))
-        poses = files.poses.normalised(chosen, guards=options.guards)
+        poses = files.poses.normalised(chosen, told=options.told)
     if files.keypoints is not None:
         keypoints = files.keypoints.normalised(_track(files, files.keypoints, poses))
     names = [rows.person for rows in (poses, keypoints) if rows is not None]
@@ -89,7 +89,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     people = []
     for person in files.lead.people:
         try:
-            body = poses.normalised(person, guards=options.guards) if poses else None
+            body = poses.normalised(person, told=options.told) if poses else None
             track = keypoints.normalised(tracks[person.person]) if keypoints else None
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(person.person)}")

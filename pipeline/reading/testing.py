@@ -23,7 +23,6 @@ from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from .find import Gives, find_adapter
 from .load import Source
-from .normalise import Guards
 
 _GARBAGE = {
     "an empty file": b"",
@@ -98,14 +97,14 @@ def _check_people(adapter: Adapter, people: tuple[PoseSequence, ...]) -> None:
 def _check_guard(
     adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], mirrored: tuple[PoseSequence, ...]
 ) -> None:
-    source, guards = Source(golden, adapter.name, people, str(golden)), Guards()
+    source = Source(golden, adapter.name, people, str(golden))
     for poses in people:
-        notices = source.normalised(poses, guards=guards).notices
+        notices = source.normalised(poses).notices
         said = " ".join(each.text for each in notices if each.about == "left and right")
         _expect(not said, f"left and right of person {poses.person} are not certain: {said}")
     for poses in mirrored:
         try:
-            source.normalised(poses, guards=guards)
+            source.normalised(poses)
         except InputError:
             continue
         raise AssertionError(

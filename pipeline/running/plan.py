@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..core.errors import InputError
-from ..core.take import Told
+from ..core.take import SILENT, Told
 from ..plugins import registry
 from ..plugins.options import checked
 from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
@@ -37,7 +37,7 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
             _require(chosen, name, f"{name}={OFF}")
     for name in off:
         chosen = chosen.without(name) if chosen.has(name) else chosen
-    short = {(flag_of(name), sets.place): getattr(options, name) for name, sets in SHORT.items()}
+    short = {(flag_of(name), place): getattr(options, name) for name, place in SHORT.items()}
     chosen = _with_options(chosen, {way: value for way, value in short.items() if value})
     settings = {name: value for name, value in options.settings.items() if "." in name}
     settings = {(name, name): checked_setting(name, value) for name, value in settings.items()}
@@ -64,13 +64,12 @@ def checked_setting(name: str, value: Any) -> Any:
 
 def _check_read(told: Told, recipe: Recipe) -> None:
     """InputError for something told that stages read, but none of the recipe. The rest is heeded by reading."""
-    silent = Told()
-    for name, tells in TOLD.items():
-        if getattr(told, tells.field) != getattr(silent, tells.field):
+    for name, of_told in TOLD.items():
+        if getattr(told, of_told) != getattr(SILENT, of_told):
             readers = [
                 stage
                 for stage in registry.registered("stages")
-                if tells.field in getattr(registry.load("stages", stage), "reads", ())
+                if of_told in getattr(registry.load("stages", stage), "reads", ())
             ]
             if readers and not any(map(recipe.has, readers)):
                 named = " or ".join(f"'{stage}'" for stage in readers)

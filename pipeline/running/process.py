@@ -74,7 +74,7 @@ def process(
     meaning = Meaning(axes, joints, unit)
     in_memory = {}
     if poses is not None and "poses" not in named:
-        in_memory["poses"] = source_of_poses(poses, meaning, run_options.guards)
+        in_memory["poses"] = source_of_poses(poses, meaning, run_options.told)
     if keypoints is not None and "keypoints" not in named:
         in_memory["keypoints"] = source_of_keypoints(keypoints, keypoint_joints)
     for role in in_memory:

@@ -12,11 +12,9 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.system import give_memory_back
-from ..core.take import Take, Told
+from ..core.take import SILENT, Take, Told
 from ..plugins.protocols import Stage
 from ..signals.guard import looked_at
-
-_NOTHING = Told()
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,7 @@ class Pipeline:
         given = (field.name for field in fields(Take) if getattr(take, field.name) is not None)
         self.check_given(given, unit, take.told)
 
-    def check_given(self, given: Iterable[str], unit: str = "", told: Told = _NOTHING) -> None:
+    def check_given(self, given: Iterable[str], unit: str = "", told: Told = SILENT) -> None:
         """The same for a take that is not there yet, in which the fields of these names will be filled. unit: that of
         its poses, empty without poses or if it is not known. told: what the user says about it."""
         of_take = {field.name for field in fields(Take)}
