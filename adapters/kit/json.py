@@ -7,17 +7,16 @@ import json
 import re
 import reprlib
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from pydantic_core import from_json
 
 from ...pipeline.core.errors import InputError
 from .opened import first_bytes, opened_text, whole_text
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
-_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"?|[\[\]{},]', re.DOTALL)
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
 # Roboflow's exports put a hash behind the name: walk_mp4-0003_jpg.rf.0f31b2.jpg
 _ROBOFLOW = re.compile(r"\.rf\.\w+$")
@@ -33,7 +32,7 @@ def beginning(path: Path) -> Any:
     for anything else. Never raises."""
     start = first_bytes(path, _PEEK_BYTES)
     try:
-        return [*map(json.loads, _lines(start))] or json.loads(_whole(start))
+        return [*map(json.loads, _lines(start))] or _cut(start.decode("utf-8-sig", errors="ignore"))
     except (ValueError, RecursionError):
         return None
 
@@ -47,33 +46,15 @@ def _lines(start: bytes) -> list[bytes]:
     return wholes if several else []
 
 
-@lru_cache(maxsize=1)  # every adapter for JSON asks about the same file
-def _whole(start: bytes) -> str:
-    """JSON of the first bytes of a file."""
-    return _closed(start.decode("utf-8-sig", errors="ignore"))
-
-
-def _closed(text: str) -> str:
-    """The text up to its last comma, with the brackets that are open there closed; unchanged if none stays open."""
-    closers, comma = _scanned(text)
-    return text[:comma] + _scanned(text[:comma])[0] if closers else text
-
-
-def _scanned(text: str) -> tuple[str, int]:
-    """The brackets that would close what the text leaves open, and the place of its last comma (0 without)."""
-    closers: list[str] = []
-    comma = 0
-    for token in _TOKEN.finditer(text):
-        match token.group():
-            case "[":
-                closers.append("]")
-            case "{":
-                closers.append("}")
-            case "]" | "}" if closers:
-                closers.pop()
-            case ",":
-                comma = token.start()
-    return "".join(reversed(closers)), comma
+def _cut(text: str) -> Any:
+    """What a list or an object holds, of one that goes on behind the text all up to its last comma. ValueError for
+    anything else."""
+    if text.lstrip()[:1] not in ("[", "{"):
+        raise ValueError("expected a list or an object")
+    try:
+        return from_json(text)
+    except ValueError:
+        return from_json(text[: text.rfind(",")], allow_partial=True)
 
 
 def load(path: Path, what: str) -> Any:
