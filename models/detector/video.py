@@ -29,39 +29,6 @@ _LAST = 10  # images that show how far the film leaps without a cut: a recording
 _AGAIN = 30  # images before an interruption that are seen again at a time
 
 
-class _Rows:
-    """What was found so far, in flat buffers: hours of video are many small arrays."""
-
-    def __init__(self) -> None:
-        self._frame, self._person, self._time_s = array("q"), array("q"), array("d")
-        self._xy, self._score, self._box = array("f"), array("f"), array("f")
-
-    def __len__(self) -> int:
-        return len(self._frame)
-
-    def add(self, frame: int, time_s: float, person: int, sighted: Found) -> None:
-        self._frame.append(frame)
-        self._time_s.append(time_s)
-        self._person.append(person)
-        for buffer, values in (
-            (self._xy, sighted.xy),
-            (self._score, sighted.score),
-            (self._box, sighted.box),
-        ):
-            buffer.frombytes(values.tobytes())
-
-    def arrays(self, joints: int) -> dict[str, np.ndarray]:
-        """Copies, by their names in Detections, of so many joints a person."""
-        return {
-            "frame_index": np.array(self._frame, np.int64),
-            "time_s": np.array(self._time_s, np.float64),
-            "person": np.array(self._person, np.int64),
-            "joints": np.array(self._xy, np.float32).reshape(-1, joints, 2),
-            "confidence": np.array(self._score, np.float32).reshape(-1, joints),
-            "box": np.array(self._box, np.float32).reshape(-1, 4),
-        }
-
-
 class Search:
     """People followed under their names from image to image, cuts noticed; what was found so far.
 
@@ -79,7 +46,8 @@ class Search:
         self._every = every
         self._last = first  # frame with anybody, or the first of a scene
         self._detector = detector
-        self._rows = _Rows()
+        # In flat buffers, a row a person and image: hours of video would be many small arrays.
+        self._whose, self._found = array("d"), array("f")
         self._tracker = Tracker()
         self._before: Sequence[Found] = ()
         self._glance: Glance | None = None
@@ -106,9 +74,14 @@ class Search:
         names = self._tracker.names([_sighting(number, sighted) for sighted in self._before])
         named = list(zip(names, self._before, strict=True))
         for name, person in named:
-            self._rows.add(number, time_s, name, person)
+            self._keep(number, time_s, name, person)
         self.seen = number + 1
         return named
+
+    def _keep(self, frame: int, time_s: float, person: int, sighted: Found) -> None:
+        self._whose.extend((frame, time_s, person))
+        for values in (sighted.xy, sighted.score, sighted.box):
+            self._found.frombytes(values.tobytes())
 
     def _people(self, image: np.ndarray, number: int) -> Sequence[Found]:
         """InputError for a detector of another package that answers something else, and for a function that fails."""
@@ -132,9 +105,17 @@ class Search:
     def detections(self, frames: int, seen: int, source: str = "") -> Detections:
         """All that was found in the first `seen` of so many frames. source: what a later run compares before it goes
         on with these."""
-        change = np.array(self._change, np.float32)
+        change, count = np.array(self._change, np.float32), len(self._detector.layout)
+        frame, time_s, person = np.array(self._whose).reshape(-1, 3).T
+        rows = np.array(self._found, np.float32).reshape(-1, 3 * count + 4)
+        joints, confidence, box = np.split(rows, (2 * count, 3 * count), axis=1)
         return Detections(
-            **self._rows.arrays(len(self._detector.layout)),
+            frame_index=frame.astype(np.int64),
+            time_s=time_s,
+            person=person.astype(np.int64),
+            joints=joints.reshape(-1, count, 2),
+            confidence=confidence,
+            box=box,
             cuts=np.array(self.cuts, dtype=np.int64),
             damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
             repeated=repeated(change),
@@ -149,7 +130,7 @@ class Search:
     @property
     def people(self) -> bool:
         """Whether anybody was found."""
-        return len(self._rows) > 0
+        return len(self._whose) > 0
 
     def take_up(self, resume: Detections, last: Glance | None) -> None:
         """Know what is known, and be in the state of after the last frame that was looked at. last: what the next image
@@ -166,7 +147,7 @@ class Search:
         )
         for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
             sighted = Found(xy, score, box)
-            self._rows.add(frame, time_s, person, sighted)
+            self._keep(frame, time_s, person, sighted)
             self._tracker.knows(int(person), _sighting(int(frame), sighted))
             if frame < scene:
                 self._tracker.cut()

@@ -21,8 +21,7 @@ _PIXEL_ASPECT = 2.0  # the most that one focal length may be over the other: ana
 # Of a side, from the image's middle: lenses stay within some per cent, 4:3 in 16:9 is 0.125 off.
 _OFF_CENTRE = 0.1
 _SAME_ASPECT = 0.01  # by which the aspect of two images may differ: video is cut to even or round numbers
-_STEPS = 30  # of Newton's method; lenses take 3 to 8, the border of a fisheye's image 20
-_STEP = 1e-6  # of finite differences, of the focal length
+_SEARCH = (3, 100, 1e-12)  # for a ray: both of OpenCV's criteria, steps at most, change at which it ends
 _ALONG = np.linspace(0, 1, 11)  # shares of the way from the axis to a ray at which the lens is looked at
 _MISSED = 1e-4  # of the focal length; a point that is missed by more is none that the lens can give
 
@@ -144,24 +143,18 @@ def _ideal_matrix(intrinsics: Intrinsics) -> np.ndarray:
 
 
 def _rays(observed: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
-    """(N, 2) rays x / z, y / z that the lens bends to the observed ones, NaN where there is none.
+    """(N, 2) rays x / z, y / z that the lens bends to the observed ones, NaN where there is none: OpenCV, which does
+    not say where its search failed, answers something there too."""
+    import cv2
 
-    Newton's method, because cv2.undistortPoints stops after five steps of a slower one and cannot say that it failed.
-    From the observed ray it approaches the solution from one side, for lenses of either kind of distortion.
-    """
-    rays = observed.copy()
+    if not len(observed):
+        return observed
+    points, ideal, coefficients = observed[:, None], np.eye(3), _coefficients(intrinsics)
+    if intrinsics.fisheye:
+        rays = cv2.fisheye.undistortPoints(points, ideal, coefficients, criteria=_SEARCH)[:, 0]
+    else:
+        rays = cv2.undistortImagePoints(points, ideal, coefficients, None, _SEARCH)[:, 0]
     with np.errstate(all="ignore"):
-        for _ in range(_STEPS):
-            missed = observed - _bent(rays, intrinsics)
-            if not (np.abs(missed) > _STEP * _MISSED).any():
-                break
-            slopes = [
-                (_bent(rays + step, intrinsics) - _bent(rays - step, intrinsics)) / (2 * _STEP)
-                for step in np.eye(2) * _STEP
-            ]
-            (a, c), (b, d) = (slope.T for slope in slopes)
-            inverse = np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2)
-            rays += (inverse / (a * d - b * c)[:, None, None] @ missed[:, :, None])[:, :, 0]
         met = (np.abs(observed - _bent(rays, intrinsics)) < _MISSED).all(axis=1)
         # Where a polynomial no longer rises on the way to a ray, other rays meet the same point.
         way = [np.linalg.norm(_bent(rays * share, intrinsics), axis=1) for share in _ALONG]
@@ -174,8 +167,6 @@ def _bent(rays: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
     """(N, 2) normalised image coordinates of (N, 2) rays, after the lens."""
     import cv2
 
-    if not len(rays):
-        return rays
     ideal, coefficients = np.eye(3), _coefficients(intrinsics)
     if intrinsics.fisheye:
         return cv2.fisheye.distortPoints(rays[:, None], ideal, coefficients)[:, 0]
