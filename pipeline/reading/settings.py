@@ -187,7 +187,7 @@ class RunOptions(BaseModel):
     ] = False  # of Told.images
     recipe: Annotated[
         Path | None,
-        typer.Option(hidden=True, help="TOML file that lists the stages and their options."),
+        _option(_OUTPUT, "TOML file that lists the stages and their options.", "--recipe"),
     ] = None
     settings: Annotated[
         dict[str, Any],
