@@ -59,7 +59,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     charts.
 
     On the first screen what was seen, in words and figures, the video beside the upright skeleton, and how far to trust
-    it; folded, key frames, the movements that happened, angles, and where everything comes from. What the
+    it; folded, key frames, ranges of motion, movements, angles, and the run's input and steps. What the
     take lacks (video, angles, measures, ...) is left out; so are the video's images where `take.told.images` is False.
     files: names of the files in the page's folder, to lead to. Raises InputError without poses, rectified poses or time
     stamps, or when the video cannot be decoded.
@@ -76,11 +76,11 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     sections = [
         ("Key frames", _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
-        ("What happened", happened(measures, take.poses.frame.metric)),
+        ("Movements", happened(measures, take.poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
-        ("Where this comes from", provenance_of(take)),
+        ("Input and steps", provenance_of(take)),
     ]
     return page(take.title, head, sections, folded=True)
 

@@ -49,7 +49,8 @@ def trust(take: Take, facts: Facts) -> Markup:
     """How far to trust the take: as far as its worst check allows."""
     checks = _poses(take)
     if take.verdict != "unusable":  # what else is known of such poses was never compared with a truth
-        checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
+        told = {text for _, _, texts in checks for text in texts}
+        checks += [_up(facts), *_angles(take), _sides(take, told), _view(take)]
     checks += _others(take, {text for _, _, texts in checks for text in texts})
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     without_errors = take.angle_errors == "none"
@@ -159,14 +160,16 @@ def _angles(take: Take) -> list[Check]:
     ]
 
 
-def _sides(take: Take) -> Check:
+def _sides(take: Take, told: set[str]) -> Check:
+    """told: texts of the poses' check, which are not written a second time."""
     about_sides = [each for each in take.notices if each.about == "left and right"]
     texts = [each.text for each in about_sides]
     wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
     warned = wrong or any(each.warns for each in about_sides)
     if texts or wrong:
         sentence = texts or ["Left and right are doubtful in the whole take; see the poses."]
-        return "Left and right", "care" if warned else "good", sentence
+        more = [text for text in sentence if text not in told] or ["See the poses."]
+        return "Left and right", "care" if warned else "good", more
     if len(take.need("poses")) < 2:
         return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
     limbs = take.figures.group("off_keypoints")

@@ -31,7 +31,7 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     shown = Page(content)
     headings = re.findall(r"<h2>(.*?)</h2>", content)
     assert headings == [
-        "Key frames", "Joint angles over time", "Which way is up", "Where this comes from",
+        "Key frames", "Joint angles over time", "Which way is up", "Input and steps",
     ]  # fmt: skip
     titles = re.findall(r"<figcaption>(.*?)</figcaption>", content)
     for name in ANGLES:
@@ -177,7 +177,7 @@ def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     assert not re.search(r"\bnan\b", words)
     assert "<svg" not in said.split("Joint angles</h2>")[1]
     assert "right knee flexion" in said
-    assert "What happened</h2>" not in said
+    assert "Movements</h2>" not in said
 
 
 def test_a_knee_bend_is_drawn_with_the_angle_that_is_counted(walk_take):

@@ -122,6 +122,14 @@ def test_the_first_words_do_not_contradict_the_poses(walk_take):
     assert "The poses are good</dt>" in told(leaning)
 
 
+def test_no_sentence_is_written_twice(good):
+    """Exchanged limbs that make poses suspicious stood under "The poses are suspicious" and "Left and right"."""
+    exchanged = own_notice("test.exchanged", "Legs exchanged.", "suspicious", about="left and right")
+    take = good.with_(findings=(exchanged,)).saying(exchanged)
+    assert told(take).count("Legs exchanged.") == 1
+    assert "See the poses." in told(take)
+
+
 def gone(take, share: float):
     joints = take.poses.joints.copy()
     joints[: round(share * len(joints))] = np.nan
