@@ -1,8 +1,9 @@
-"""Makes the takes of docs/start.md, reports and recordings:  python docs/gallery.py OUT [PICTURES]
+"""Makes the takes that the pages of the guide show, and their pictures:  python docs/gallery.py OUT [PICTURES]
 
 Each take is a folder of OUT, made by the commands that are printed; a take whose folder is there is left as it is. All
-but the walker need the data folder (PCNET3D_DATA). Into the folder PICTURES, which is docs for those of the page, the
-program chromium draws the first screens of three reports, and the viewer the walker's recording (screenshot.py).
+but the walker need the data folder (PCNET3D_DATA). Into the folder PICTURES, which is docs for those of the pages, the
+program chromium draws first screens and parts of reports and what the terminal shows of a file, and the viewer the
+walker's recording (screenshot.py).
 """
 
 from __future__ import annotations
@@ -11,29 +12,41 @@ import os
 import shlex
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
+import numpy as np
+from rich.console import Console
 from screenshot import screenshot
 
 PCNET3D = Path(sys.executable).with_name("pcnet3d")
 SCREEN = (1000, 1000)  # pixels of the page that a picture shows
-WIDTH = 640  # of the picture
+WIDTH = 640  # of the picture of a first screen
 DEMO_FRAME = 60  # of the walker, in the middle of a step
-SHOWN = {
+FILM_FRAME = 144  # of the walker, in the middle of the squat
+FIRST_SCREENS = {
     "gallery-walk.jpg": "walk_crop/report.html",
     "gallery-skating.jpg": "skating/report.html",
     "gallery-lifters.jpg": "two_lifters/compare.html",
+}
+PARTS = {  # by CSS: the box of how far to trust, and the first folded part, which has the key frames
+    "gallery-trust.jpg": ("walk_crop_blazepose/report.html", ".gauge"),
+    "gallery-movements.jpg": ("walker/report.html", "#part-1"),
 }
 
 
 def commands(out: Path, data: Path) -> dict[str, list[str | Path]]:
     """The words of the command that makes each folder of `out`, in an order in which they can be run."""
-    video = data / "video" / "walk_crop.mp4"
+    video, walker = data / "video" / "walk_crop.mp4", out / "walker-input"
     boxing, skating = data / "native" / "motionbert", data / "native" / "mhformer" / "skating"
     made: dict[str, list[str | Path]] = {
         "walker": ["demo"],
+        "walker_film": [
+            "run", walker / "walker.mp4", "--poses", walker / "X3D.npy",
+            "--keypoints", walker / "alphapose-results.json", "--stature", "1.75", "--also", "mp4",
+        ],
         "walk_crop": ["run", video, "--detector", data / "models" / "movenet_lightning_int8.onnx"],
         "boxing": [
             "run", "--poses", boxing / "boxing_X3D.npy",
@@ -53,17 +66,62 @@ def commands(out: Path, data: Path) -> dict[str, list[str | Path]]:
     return {name: [*words, "-o", out / name] for name, words in made.items()}
 
 
-def picture(page: Path, file: Path) -> None:
-    """The page's first screen, as the program chromium shows it."""
+def drawn(page: Path, size: tuple[int, int] = SCREEN) -> np.ndarray:
+    """(height, width, 3) BGR: the page's first screen, as the program chromium shows it."""
     with TemporaryDirectory() as folder:
         shot = Path(folder) / "shot.png"
-        size = f"--window-size={SCREEN[0]},{SCREEN[1]}"
-        options = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", size)
-        command = ["chromium", *options, f"--screenshot={shot}", page.resolve().as_uri()]
-        subprocess.run(command, check=True, capture_output=True, timeout=120)
-        height = round(WIDTH * SCREEN[1] / SCREEN[0])
-        small = cv2.resize(cv2.imread(str(shot)), (WIDTH, height), interpolation=cv2.INTER_AREA)
-    cv2.imwrite(str(file), small, [cv2.IMWRITE_JPEG_QUALITY, 80])
+        options = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars")
+        window = (f"--window-size={size[0]},{size[1]}", f"--screenshot={shot}", page.resolve().as_uri())
+        subprocess.run(["chromium", *options, *window], check=True, capture_output=True, timeout=120)
+        return np.asarray(cv2.imread(str(shot)))
+
+
+def narrower(image: np.ndarray, width: int) -> np.ndarray:
+    height = round(image.shape[0] * width / image.shape[1])
+    return cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def without_margin(image: np.ndarray) -> np.ndarray:
+    """The rows between the first and the last that are not white."""
+    drawn_on = np.flatnonzero((image < 250).any(axis=(1, 2)))
+    return image[max(drawn_on[0] - 8, 0) : drawn_on[-1] + 8]
+
+
+def part(page: Path, selector: str) -> np.ndarray:
+    """One unfolded part of a report, without the rest of the page."""
+    hidden, shown = "main > *, header > * { display: none !important }", "{ display: block !important }"
+    style = f"<style>{hidden} {selector} {shown} .part {{ border: 0 }}</style></head>"
+    text = page.read_text(encoding="utf-8").replace("</head>", style, 1)
+    with TemporaryDirectory() as folder:
+        copy = Path(folder) / "part.html"
+        copy.write_text(text.replace("<details class", "<details open class"), encoding="utf-8")
+        return without_margin(drawn(copy, (800, 1600)))
+
+
+def terminal(command: str, folder: Path) -> np.ndarray:
+    """A command of pcnet3d in a folder, and what it prints."""
+    done = subprocess.run([PCNET3D, *command.split()], cwd=folder, capture_output=True, text=True)
+    console = Console(record=True, width=112, file=StringIO())
+    console.print(f"$ pcnet3d {command}\n{done.stdout}", markup=False, highlight=False)
+    with TemporaryDirectory() as temporary:
+        page = Path(temporary) / "terminal.svg"
+        console.save_svg(str(page), title="")
+        return without_margin(drawn(page, (1000, 1000)))
+
+
+def frame_of(video: Path, number: int) -> np.ndarray:
+    frames = cv2.VideoCapture(str(video))
+    frames.set(cv2.CAP_PROP_POS_FRAMES, number)
+    return frames.read()[1]
+
+
+def pictures(out: Path, data: Path) -> dict[str, np.ndarray]:
+    """(height, width, 3) BGR each, by the name of its file."""
+    made = {name: narrower(drawn(out / page), WIDTH) for name, page in FIRST_SCREENS.items()}
+    made |= {name: part(out / page, selector) for name, (page, selector) in PARTS.items()}
+    made["gallery-inspect.jpg"] = terminal("inspect broken_X3D.npy", data / "native" / "motionbert")
+    made["gallery-film.jpg"] = narrower(frame_of(out / "walker_film" / "annotated.mp4", FILM_FRAME), 1000)
+    return made
 
 
 def main() -> None:
@@ -76,8 +134,8 @@ def main() -> None:
             subprocess.run([PCNET3D, *words], check=True)
     for folder in map(Path, sys.argv[2:]):
         folder.mkdir(parents=True, exist_ok=True)
-        for name, page in SHOWN.items():
-            picture(out / page, folder / name)
+        for name, image in pictures(out, data).items():
+            cv2.imwrite(str(folder / name), image, [cv2.IMWRITE_JPEG_QUALITY, 80])
         screenshot(out / "walker" / "take.rrd", DEMO_FRAME, folder / "demo.png")
 
 

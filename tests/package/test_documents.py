@@ -159,10 +159,12 @@ def _guide() -> list[Path]:
     return [ROOT / "docs" / page for page in re.findall(r"^\| \[(\w+\.md)\]", index, re.MULTILINE)]
 
 
-def test_every_page_of_the_guide_begins_with_a_block_that_runs():
+def test_every_page_of_the_guide_begins_with_a_block_that_runs_and_a_picture():
     assert len(_guide()) == 11
     begins = re.compile(r"# .+\n\n(?:!\[.+\n\n)?(?:[^#`<|\n].*\n)+\n```(?:sh|python)\n")
-    assert [page.name for page in _guide() if not begins.match(page.read_text(encoding="utf-8"))] == []
+    texts = {page.name: page.read_text(encoding="utf-8") for page in _guide()}
+    assert [name for name, text in texts.items() if not begins.match(text)] == []
+    assert [name for name, text in texts.items() if "\n![" not in text.partition("\n## ")[0]] == []
 
 
 def test_every_angle_and_reason_is_explained():
