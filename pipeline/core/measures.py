@@ -57,9 +57,8 @@ class Measure:
         return None if self.error is None else half_bar(self.error)
 
     def in_words(self, unit: str = "") -> str:
-        """With its bar, as people read it; without an error in two digits. unit: to be written behind it."""
-        words = without_error(self.value) if self.error is None else with_bar(self.value, self.error)
-        return f"{words} {unit}".rstrip()
+        """`with_bar`, as people read it. unit: to be written behind it."""
+        return f"{with_bar(self.value, self.error)} {unit}".rstrip()
 
     @property
     def key(self) -> str:
@@ -252,20 +251,15 @@ def decimals(error: float) -> int:
     return max(0, -math.floor(math.log10(error)))
 
 
-def shown(value: float, error: float) -> str:
-    """A figure with the decimals that its error leaves; counts and figures without an error in six digits."""
-    return f"{value:z.{decimals(error)}f}" if error > 0 and isinstance(value, float) else f"{value:g}"
-
-
-def with_bar(value: float, error: float) -> str:
-    """A figure and the half width of its 90 % bar, both to the last digit of the figure, as people read them."""
-    bar = f"{SD_90 * error:.{decimals(error)}f}" if error > 0 else "0"
-    return f"{shown(value, error)} ± {bar}"
-
-
-def without_error(value: float) -> str:
-    """A figure whose error is not known, in two digits, wherever people read."""
-    return f"{float(f'{value:.2g}'):g}"
+def with_bar(value: float, error: float | None) -> str:
+    """A figure wherever people read it: with the half width of its 90 % bar, both to the last digit of the figure.
+    Where its error is not known (None or NaN), in two digits, or whole as it was counted."""
+    if error is None or math.isnan(error):
+        return f"{value:g}" if float(value).is_integer() else f"{float(f'{value:.2g}'):g}"
+    if error == 0:
+        return f"{value:g} ± 0"
+    places = decimals(error)
+    return f"{value:z.{places}f} ± {SD_90 * error:.{places}f}"
 
 
 def side_of(name: str) -> Side:

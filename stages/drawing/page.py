@@ -50,11 +50,10 @@ class Link(NamedTuple):
     address: str
 
 
-class Stated(NamedTuple):
-    """A number and half its 90 % bar, both as they are to be read; a column of these is one of numbers."""
+class Number(NamedTuple):
+    """A number as it is to be read, maybe with its error; a column of these is one of numbers."""
 
-    value: float
-    bar: float
+    words: str
 
 
 class Soft(NamedTuple):
@@ -75,7 +74,7 @@ class Tile(NamedTuple):
 
 
 Level = Literal["good", "care", "bad"]
-Cell = str | float | int | Link | Soft | Stated | None  # a str that is Markup is left as it is
+Cell = str | int | Link | Soft | Number | None  # a str that is Markup is left as it is
 
 
 def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]], folded: bool = False) -> str:
@@ -151,9 +150,8 @@ def box(heading: str, items: Sequence[str], kind: Literal["plain", "warning"] = 
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = False) -> Markup:
-    """The first cell of a row is its heading; a column of numbers has as many decimals as its largest one asks for;
-    None is a dash. On a telephone the rows of a wide table stand one below the other, each cell with its column's name.
-    sortable: a click on a column's heading sorts by it."""
+    """The first cell of a row is its heading; None is a dash. On a telephone the rows of a wide table stand one below
+    the other, each cell with its column's name. sortable: a click on a column's heading sorts by it."""
     if not rows:
         return Markup("")
     columns = [_column(cells) for cells in zip(*rows, strict=True)]
@@ -168,18 +166,15 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = 
 
 def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
     """What stands in its cells, and whether they are numbers."""
-    numbers = [cell for cell in cells if isinstance(cell, int | float | Stated)]
-    largest = max((abs(cell) for cell in numbers if isinstance(cell, int | float)), default=0.0)
-    decimals = 0 if largest >= 1000 else 1 if largest >= 10 else 2 if largest >= 1 else 3
+    filled = [cell for cell in cells if cell is not None]
     shown = [
-        "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float)
+        "–" if cell is None
         else _breaking(cell.words) if isinstance(cell, Link)
-        else cell.words if isinstance(cell, Soft)
-        else f"{cell.value:g} ± {cell.bar:g}" if isinstance(cell, Stated)
+        else cell.words if isinstance(cell, Soft | Number)
         else cell if isinstance(cell, str) else str(cell)
         for cell in cells
     ]  # fmt: skip
-    return shown, bool(numbers) and len(numbers) == sum(cell is not None for cell in cells)
+    return shown, bool(filled) and all(isinstance(cell, int | Number) for cell in filled)
 
 
 def _breaking(name: str) -> Markup:

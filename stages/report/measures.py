@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.figures import FIGURES, GROUPS, OF_LENGTH, TOGETHER, UNITS, WITHHELD, label_of
-from ...pipeline.core.measures import SD_90, Measure, Measures, Moments, Remark, without_error
+from ...pipeline.core.measures import SD_90, Measure, Measures, Moments, Remark
 from ...pipeline.core.measures import Curve as MeanCurve
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ..drawing.page import Cell, Soft, Tile, charts, figure, heading, joined, small, table, tiles
@@ -99,14 +99,7 @@ def words(row: Measure) -> str:
     """A figure with its error and unit, such as "at least 12", "98 ± 3 steps/min"."""
     unit = UNITS[row.unit].page.format("m")
     gap = "" if unit.startswith("°") else " "
-    return f"{'at least ' * row.at_least}{number(row)}{gap}{unit}".rstrip()
-
-
-def number(row: Measure) -> str:
-    """A figure with its error; without one in two digits, or whole where it is counted."""
-    if row.error is not None:
-        return row.in_words()
-    return f"{row.value:g}" if float(row.value).is_integer() else without_error(row.value)
+    return f"{'at least ' * row.at_least}{row.in_words()}{gap}{unit}".rstrip()
 
 
 def _repetitions(of: Measures, metric: bool) -> Markup:
@@ -119,7 +112,7 @@ def _repetitions(of: Measures, metric: bool) -> Markup:
         if isinstance(rows[0], Moments):
             cells = dict(enumerate(f"{at_s:.2f}" for at_s in rows[0].at_s))
         else:
-            cells = {row.number: number(row) for row in of.repetitions(name) if _shows(row, metric)}
+            cells = {row.number: row.in_words() for row in of.repetitions(name) if _shows(row, metric)}
         if cells:
             head.append(FIGURES[name].label_with_unit())
             columns.append([cells.get(i, "–") for i in range(count)])
@@ -139,7 +132,7 @@ def _beside(sides: Mapping[str, Measures], metric: bool) -> Markup:
 def _cell(row: Measure | None) -> Cell:
     if row is None:
         return None
-    words = f"{'at least ' * row.at_least}{number(row)}"
+    words = f"{'at least ' * row.at_least}{row.in_words()}"
     return Soft(words) if row.within_error else words
 
 

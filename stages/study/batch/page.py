@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
 from markupsafe import Markup
 
 from ....pipeline.core.figures import GROUPS, label_of
-from ....pipeline.core.measures import Measure, Side, half_bar, shown
-from ....pipeline.core.messages import how_many
+from ....pipeline.core.measures import Measure, Side, with_bar
+from ....pipeline.core.messages import bound_in_words, how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
 from ...drawing.facts import ERRORS_OF_ANGLES
-from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
+from ...drawing.page import Cell, Link, Number, answer, box, heading, joined, page, small, table
 from .manifest import LABELS
 from .study import concluded, doubts, name_of
 
@@ -75,27 +75,33 @@ def _failed(rows: Rows) -> Markup:
 
 
 def _takes(rows: Rows) -> Markup:
-    spreads = [row.get("bone_length_spread") for row in rows]
     columns: dict[str, list[Cell]] = {
         "frames": [row.get("frames") for row in rows],
-        "duration (s)": [row.get("duration_s") for row in rows],
+        "duration (s)": _numbers(rows, "duration_s", "{:.1f}".format),
         "poses are": [row.get("verdict") or None for row in rows],
         "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
         "errors of angles": [ERRORS_OF_ANGLES.get(row.get("angle_errors", "")) for row in rows],
-        "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
-        "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
-        "bone lengths vary by (%)": [None if share is None else 100 * share for share in spreads],
+        "up known to within (°, 90 %)": _numbers(rows, "up_bound_deg", bound_in_words),
+        "expected rotation error (°)": _numbers(rows, "error_deg_mean", bound_in_words),
+        "bone lengths vary by (%)": _numbers(
+            rows, "bone_length_spread", lambda share: with_bar(100 * share, None)
+        ),
         "warnings": [sum(each["weight"] in WARNS for each in row.get("notices", ())) for row in rows],
     }
     about = "A take's name links to its report. Click a column's heading to sort by it."
     return _table(rows, columns) + small(about) if rows else Markup("")
 
 
+def _numbers(rows: Rows, name: str, in_words: Callable[[float], str]) -> list[Cell]:
+    return [None if row.get(name) is None else Number(in_words(row[name])) for row in rows]
+
+
 def _figures(rows: Rows) -> Markup:
     """A table for each group of the catalogue of figures, and for each side."""
     groups: dict[tuple[str, Side], dict[str, list[Cell]]] = {}
     for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
-        cells = [_cell(row.get("measures", {}).get(key)) for row in rows]
+        of = [row.get("measures", {}).get(key) for row in rows]
+        cells = [None if each is None else Number(each.in_words()) for each in of]
         groups.setdefault((measure.group[0], measure.side), {})[_named(measure)] = cells
     tables = [
         heading(", ".join(filter(None, [GROUPS[group].title.capitalize(), side]))) + _table(rows, columns)
@@ -114,13 +120,3 @@ def _named(measure: Measure) -> str:
     if group == "range_of_motion":
         return f"{label_of(inner[0])} (°)"
     return ": ".join([*map(label_of, inner), measure.about.label_with_unit()])
-
-
-def _cell(measure: Measure | None) -> Cell:
-    """With its error where it states one."""
-    if measure is None:
-        return None
-    if measure.error is not None:
-        return Stated(float(shown(measure.value, measure.error)), half_bar(measure.error))
-    counts = not measure.unit and float(measure.value).is_integer()
-    return int(measure.value) if counts else measure.value

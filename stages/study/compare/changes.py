@@ -21,7 +21,7 @@ from ....models.angle_error.repeatability import (
     same_place,
 )
 from ....pipeline.core.figures import FIGURES, OF_LENGTH, UNITS, label_of
-from ....pipeline.core.measures import SD_90, Measure, with_bar, without_error
+from ....pipeline.core.measures import SD_90, Measure, with_bar
 from ....pipeline.core.messages import how_many
 from ....pipeline.signals.angles import ANGLES
 from .side import Side
@@ -80,11 +80,11 @@ class Change(NamedTuple):
     @property
     def difference(self) -> str:
         """The difference and its minimal detectable change, where that is known, with a sign and without a unit."""
-        return f"{'+' * (self.by >= 0)}{_with_error(self.by, self.error)}"
+        return signed(self.by, self.error)
 
     def value(self, take: int) -> str:
         """Of the reference (0) or the other (1), with its 90 % bar; empty where it is not known."""
-        return "" if math.isnan(self.values[take]) else _with_error(self.values[take], self.errors[take])
+        return "" if math.isnan(self.values[take]) else with_bar(self.values[take], self.errors[take])
 
     def __str__(self) -> str:
         """What the figure is."""
@@ -93,6 +93,11 @@ class Change(NamedTuple):
         if self.group == "walking":
             return self.item
         return f"{self.item} of {f'{self.side} ' if self.side else ''}{label_of(self.group)}"
+
+
+def signed(by: float, error: float | None = None) -> str:
+    """A difference and its error as people read them."""
+    return f"{'+' * (by >= 0)}{with_bar(by, error)}"
 
 
 def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> list[Change]:
@@ -163,10 +168,6 @@ def _known(row: Measure | None, name: str) -> float:
     """A measure's value or error; NaN where there is none."""
     stated = None if row is None else getattr(row, name)
     return float("nan") if stated is None else stated
-
-
-def _with_error(value: float, error: float) -> str:
-    return without_error(value) if math.isnan(error) else with_bar(value, error)
 
 
 def _one_lifter(side: Side, reference: Side) -> bool:

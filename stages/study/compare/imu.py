@@ -40,7 +40,7 @@ from ....pipeline.signals.filters import (
     runs,
 )  # fmt: skip
 from ...drawing.charts import Curve, over_time
-from ...drawing.page import Cell, answer, box, charts, figure, page, small, table
+from ...drawing.page import Cell, Number, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
 from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, best_shift
 from .figures import correlation
@@ -281,7 +281,7 @@ def path_acceleration(
 def sensed_page(name: str, results: Sequence[Sensed]) -> str:
     """One HTML page of a run's name: a table, and the norm over time, the sensor beside the run."""
     rows: list[list[Cell]] = [
-        [label_of(result.segment), _AXES[axis], of["r"], of["rmse_mps2"]]
+        [label_of(result.segment), _AXES[axis], Number(f"{of['r']:.3f}"), Number(f"{of['rmse_mps2']:.2f}")]
         for result in results
         for axis, of in result.agreement.items()
     ]

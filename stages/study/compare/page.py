@@ -8,13 +8,13 @@ import numpy as np
 from markupsafe import Markup
 
 from ....pipeline.core.figures import label_of
-from ....pipeline.core.measures import SD_90
+from ....pipeline.core.measures import SD_90, with_bar
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.facts import errors_of_angles
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
-from .changes import Change
+from .changes import Change, signed
 from .comparison import Comparison, Pair, aligned, conclusion
 
 _ERRORS = (
@@ -94,7 +94,7 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
     """Both takes' figures and their difference; of motion capture the ranges of what both know."""
     if change is None:
         both = [pair.agreement[angle][key] for key in ("rom_reference_deg", "rom_deg")]
-        return [*(f"{value:.1f}" for value in both), f"{both[1] - both[0]:+.1f}"]
+        return [*(with_bar(value, None) for value in both), signed(both[1] - both[0])]
     values: list[Cell] = [change.value(take) or None for take in (0, 1)]
     if change.reason:
         by = f"{change.difference}; " if np.isfinite(change.by) else ""

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from pcnet3d.stages.drawing.charts import SLICES, Curve, over_time, ranges, sides
-from pcnet3d.stages.drawing.page import Link, table
+from pcnet3d.stages.drawing.page import Link, Number, table
 
 
 def test_a_table_escapes_and_aligns_its_columns():
-    made = table(("name", "a <b>", "share"), [("x", 1234.5, 0.1234), ("<i>", None, 0.5)])
+    made = table(("name", "a <b>", "share"), [("x", 1234, Number("0.12 ± 0.3")), ("<i>", None, 1)])
     assert "a &lt;b&gt;" in made
     assert "&lt;i&gt;" in made
-    assert re.findall(r"<td class=number>(.*?)</td>", made) == ["1234", "0.123", "–", "0.500"]
+    assert re.findall(r"<td class=number>(.*?)</td>", made) == ["1234", "0.12 ± 0.3", "–", "1"]
     assert table(("name",), []) == ""
     linked = table(["a"], [[Link('<b>"', "x%22%3E?a=1&b=2")]])
     assert '<a href="x%22%3E?a=1&amp;b=2">&lt;b&gt;&#34;</a>' in linked

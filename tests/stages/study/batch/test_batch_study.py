@@ -10,6 +10,7 @@ from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import RunOptions, read_run, run_files
+from pcnet3d.pipeline.core.measures import Measure
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
@@ -104,6 +105,23 @@ def test_the_page_shows_figures_that_takes_are_compared_by_and_counts(made):
     assert set(_shown(take)) == {*others, "walking.walking_speed"}  # metres
     without_scale = take.with_(poses=take.need("poses").with_(frame=frame.with_(unit="arbitrary")))
     assert set(_shown(without_scale)) == others
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "shown"),
+    [
+        (97.31, 2.4, "97 ± 4"),
+        (97.31, 0.0, "97.31 ± 0"),
+        (97.31, None, "97"),
+        (1.234, None, "1.2"),
+        (123.0, None, "123"),
+    ],
+)
+def test_a_figure_has_the_digits_that_it_has_in_its_report(value, error, shown):
+    """One without an error had three, and the bar of another two digits more."""
+    of = Measure("cadence", value, error, group=("walking",))
+    assert of.in_words() == shown
+    assert f">{shown}</td>" in as_page("Study", [figureless(measures={"walking.cadence": of})])
 
 
 @pytest.fixture
