@@ -23,7 +23,8 @@ from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.settings import Force
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
-from .comparison import Align, compared, figures, result
+from .align import Align
+from .comparison import compared, figures, result
 from .imu import compared_with, read_sensors, sensed_page
 from .page import as_page
 from .side import Side, load_side, named_apart, truth_side, with_trunk_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -16,12 +16,10 @@ from ....pipeline.core.notices import Notice, grave, notice, verdict
 from ....pipeline.core.rotations import turn_deg, turned
 from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate as frame_rate
-from .align import AMBIGUOUS, NARROW, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped
+from .align import Align, Alignment, agreement, aligned, size_ratio
 from .changes import Change, as_figures, changes, from_same_place, summary
-from .figures import agreement
 from .side import Side, one_clock
 
-Align = Literal["auto", "stamps", "correlate"]
 IF_ONE = "if both show one, give --align stamps, or --align correlate if they began apart"
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
 # Of the higher rate to the lower one, and from which rate on all are lifted alike. Ranges of the built-in walker's knee
@@ -87,7 +85,7 @@ def compared(
         near = from_same_place(side, reference)
         either_doubtful = bool(doubtful.get(side.name) or doubtful.get(reference.name))
         differences = changes(side, reference, near, either_doubtful)
-        how, doubts = _aligned(side, reference, align, offset_s, search_s)
+        how, doubts = aligned(side, reference, align, offset_s, search_s)
         pair = Pair(
             side=side,
             reference=reference,
@@ -112,30 +110,6 @@ def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
     rates = sorted(rate for side in lifted if np.isfinite(rate := frame_rate(side.time_s)))
     if rates and min(rates[-1], _ALIKE_HZ) > _APART * rates[0]:
         yield notice("rates-differ", least_fps=rates[0], most_fps=rates[-1])
-
-
-def _aligned(
-    side: Side, reference: Side, align: Align, offset_s: float, search_s: float
-) -> tuple[Alignment | None, list[Notice]]:
-    """How the side's clock is brought to the reference's, None for takes of different motions, and doubts."""
-    together = one_clock(side, reference)
-    if align == "auto" and reference.run is not None and not together:
-        return None, []
-    if align == "stamps" or (align == "auto" and together):
-        how = stamped(side, reference, offset_s)
-    else:
-        how = correlated(side, reference, offset_s, search_s)
-    doubts = list[Notice]()
-    both: dict[str, Any] = {"run": side.name, "other": reference.name}
-    if not how.r >= WEAK:
-        doubts.append(notice("angles-weak", **both, r=how.r))
-    elif how.runner_up > AMBIGUOUS * how.r:
-        values: dict[str, Any] = {"r": how.r, "runner_up": how.runner_up, "offset_s": offset_s}
-        so = f"The shift nearest to {offset_s:g} s (--offset) was used: {NARROW}."
-        doubts.append(notice("shift-ambiguous", run=side.name, **values, so=so))
-    elif how.r < UNUSUAL and not together:
-        doubts.append(notice("angles-weak", **both, r=how.r))
-    return how, doubts
 
 
 def _moment_by_moment(pair: Pair) -> Pair:
@@ -181,10 +155,10 @@ def _beyond(pair: Pair) -> list[Notice]:
 def result(pair: Pair) -> Iterator[str]:
     """What came of a pair, and how it was compared."""
     yield from conclusion(pair)
-    yield aligned(pair)
+    yield shift_in_words(pair)
 
 
-def aligned(pair: Pair) -> str:
+def shift_in_words(pair: Pair) -> str:
     """Whether a pair was compared as one motion, and how one was brought to the other."""
     how, against = pair.alignment, f"{pair.side.name} against {pair.reference.name}"
     if how is None or not pair.agreement:

@@ -24,7 +24,7 @@ from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.figures import label_of
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
-from ....pipeline.core.rotations import is_finite, turned
+from ....pipeline.core.rotations import is_finite, turn_deg, turned
 from ....pipeline.core.take import Take
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import find_adapter
@@ -42,9 +42,8 @@ from ....pipeline.signals.filters import (
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import Cell, Number, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
-from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, best_shift
-from .figures import correlation
-from .side import LEAST_S, doubts_of_level
+from .align import AMBIGUOUS, NARROW, WEAK, best_shift, correlation, files_apart
+from .side import doubts_of_level
 
 _GRID_HZ = 120.0  # of all comparisons; lags are found between its points
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
@@ -201,43 +200,27 @@ def aligned(
             "Expected an IMU whose acceleration changes, got one that stays the same throughout: it did not move, or "
             "its file was given for two segments, of which one is subtracted from the other.",
         )
-    step = 1 / _GRID_HZ
-    reach = max(1, int(search_s / step))
-    lags = np.arange(-reach, reach + 1) * step
-    even = resampled(imu, time_s, grid[0] + np.arange(-reach, len(grid) + reach) * step)
-    windows = [even[i : i + len(grid)] for i in range(len(lags))]
-    common = np.array([(is_finite(video) & is_finite(window)).sum() for window in windows])
-    enough = common > max(LEAST_S / step, LEAST_SHARE * common.max()) - 0.5
-    if not enough.any():
-        raise InputError("files-apart", _no_overlap(grid, time_s[is_finite(imu)], search_s))
-    tried = [
-        _score(video, window)[0] if long_enough else np.nan
-        for window, long_enough in zip(windows, enough, strict=True)
-    ]
-    lag_s, runner_up = best_shift(
-        lags, np.array(tried), lambda lag_s: _score(video, resampled(imu, time_s, grid + lag_s))[0], 0.0
-    )
-    score, heading_deg = _score(video, resampled(imu, time_s, grid + lag_s))
+    best = best_shift(grid, video, lambda at_s: resampled(imu, time_s, at_s), _score, 0.0, search_s)
+    if best is None:
+        raise files_apart({"the IMU": time_s, "the video": grid}, f"lags up to {search_s:g} s")
+    lag_s, score, runner_up = best
+    heading_deg = turn_deg(*reversed(_about_means(video, resampled(imu, time_s, grid + lag_s))))
     return lag_s, heading_deg, score, runner_up
 
 
 def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:
-    """Correlation of accelerations (N, 3) over three axes at the best heading, and that heading in degrees."""
-    both = is_finite(video) & is_finite(imu)
-    a, b = (of[both] - of[both].mean(axis=0) for of in (video, imu))
+    """Correlation of accelerations (N, 3) over three axes at the best heading, and of how many rows."""
+    a, b = _about_means(video, imu)
     turn = np.vdot(b[:, 0] + 1j * b[:, 1], a[:, 0] + 1j * a[:, 1])  # horizontal parts as complex numbers
     energy = float(np.sqrt((a**2).sum() * (b**2).sum()))
     score = (abs(turn) + (a[:, 2] * b[:, 2]).sum()) / max(energy, 1e-12)
-    return float(score), float(np.degrees(np.angle(turn)))
+    return float(score), len(a)
 
 
-def _no_overlap(grid: np.ndarray, imu_s: np.ndarray, search_s: float) -> str:
-    of_sensor = f"from {imu_s[0]:.6g} to {imu_s[-1]:.6g} s" if len(imu_s) else "nowhere"
-    return (
-        f"Expected at least {LEAST_S:g} s of motion in both video and IMU; the video's is from {grid[0]:.6g} to "
-        f"{grid[-1]:.6g} s, the IMU's {of_sensor}, and lags up to {search_s:g} s were tried: give what must be added "
-        "to the IMU's time with --offset S, or a wider --search S."
-    )
+def _about_means(video: np.ndarray, imu: np.ndarray) -> list[np.ndarray]:
+    """Of accelerations (N, 3) the rows (M, 3) that are known to both, less their means."""
+    both = is_finite(video) & is_finite(imu)
+    return [of[both] - of[both].sum(axis=0) / max(both.sum(), 1) for of in (video, imu)]
 
 
 def even_times(time_s: np.ndarray) -> np.ndarray:

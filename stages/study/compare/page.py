@@ -15,7 +15,7 @@ from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.facts import errors_of_angles
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from .changes import Change, signed
-from .comparison import Comparison, Pair, aligned, conclusion
+from .comparison import Comparison, Pair, conclusion, shift_in_words
 
 _ERRORS = (
     'On this page ±, "within the errors" and 90 % mean the same: the true value lies in that range in nine of ten '
@@ -140,7 +140,7 @@ def _colour(name: str) -> str:
 
 
 def _together(comparison: Comparison) -> Iterator[str]:
-    yield from (f"{aligned(pair)}." for pair in comparison.pairs)
+    yield from (f"{shift_in_words(pair)}." for pair in comparison.pairs)
     sides = (comparison.reference, *(pair.side for pair in comparison.pairs))
     cutoffs = sorted({side.cutoff_hz or 0.0 for side in sides})
     filters = " and ".join(f"{hz:g} Hz" if hz else "unfiltered" for hz in cutoffs)

@@ -16,10 +16,9 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
-from pcnet3d.stages.study.compare.align import correlated, size_ratio
+from pcnet3d.stages.study.compare.align import agreement, correlated, correlation, size_ratio
 from pcnet3d.stages.study.compare.command import compare
 from pcnet3d.stages.study.compare.comparison import compared
-from pcnet3d.stages.study.compare.figures import agreement, correlation
 from pcnet3d.stages.study.compare.side import load_side
 from refusals import refused
 
