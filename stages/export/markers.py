@@ -1,10 +1,20 @@
-"""The 17 joints, and heels and toes where the source has them, as other programs take them: one even rate, the person's
-own path where it is known, in metres as a motion laboratory's markers."""
+"""The joints as other programs take them, TRC and C3D files of markers, and the joint angles as a MOT file of motion:
+one even rate, the person's own path where it is known, in metres as a motion laboratory's markers.
+
+Layouts of TRC and MOT: OpenSim's documentation, "Marker (.trc) Files" and "Motion (.mot) Files", and its readers
+OpenSim/Common/TRCFileAdapter.cpp and STOFileAdapter. A missing value is written "nan", which readers of every age
+take; an empty cell shifts the columns of some. C3D is written through ezc3d (the extra `c3d`).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shutil import copyfile
+from tempfile import TemporaryDirectory
+from textwrap import wrap
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +25,29 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
+from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.c3d import LAST
+from ...pipeline.files.markers import C3D_GROUP, check_c3d
 from ...pipeline.signals.filters import breaks, each_path, even_grid, evenly_spaced, holes, rate, resample
+from ..drawing.provenance import provenance
 
 _APART = 0.75  # usual intervals to the nearest row of uneven stamps, from which on a moment was not seen
 OPENSIM = Frame("OPENSIM", "level", ("front", "up", "right"))  # the axes of OpenSim's models
+# Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
+# trunk line are not among them: that model's back bends, so that its hips and arms are against pelvis and torso.
+COORDINATES = {
+    f"{side}_{angle}": (f"{coordinate}_{side}", sign)
+    for side in "rl"
+    for angle, coordinate, sign in (
+        ("knee_flexion", "knee_angle", 1),
+        ("ankle_dorsiflexion", "ankle_angle", 1),
+        ("hip_abduction", "hip_adduction", -1),
+        ("elbow_flexion", "elbow_flex", 1),
+        ("shoulder_abduction", "arm_add", -1),
+    )
+}
+_LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
+_EVENTS = {"landings": "Foot Strike", "toe_offs": "Foot Off"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,3 +151,161 @@ def _at_even_times(points: np.ndarray, path: PoseSequence) -> tuple[np.ndarray, 
     placed = np.full((len(even_s), *points.shape[1:]), np.nan)
     placed[rows] = points
     return placed, even_s, (len(even_s) - 1) / float(even_s[-1] - even_s[0])
+
+
+def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
+    """markers.trc: metres, x forward, y up, z right; markers are named as our joints. Without any joint it is not
+    written, and a warning says so. Raises as `markers` does."""
+    points = markers(take, OPENSIM)
+    if nothing := nothing_in(points.joints, path):
+        return nothing
+    rows, count = points.joints.shape[:2]
+    rate = f"{points.fps:.6f}"
+    labels = "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, count + 1))
+    values = [rate, rate, rows, count, "m", rate, 1, rows]
+    head = [
+        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        "\t".join(map(str, values)),
+        "Frame#\tTime\t" + "\t\t\t".join(points.names) + "\t\t",
+        "\t\t" + labels,
+        "",
+    ]
+    body = np.column_stack([np.arange(1, rows + 1), points.time_s, points.joints.reshape(rows, -1)])
+    with whole_file(path) as partial:
+        _write(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
+    return ()
+
+
+def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
+    """angles.mot: the joint angles in degrees over time in seconds.
+
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. Without any
+    angle it is not written, and a warning says so. InputError when no stage made angles.
+    """
+    columns = take.kinematics or {}
+    angles = {
+        name.removesuffix("_deg"): values
+        for name, values in columns.items()
+        if name.endswith("_deg") and not name.endswith("_sd_deg")
+    }
+    if not angles:
+        raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
+    if nothing := nothing_in(np.stack([*angles.values()]), path):
+        return nothing
+    renamed = {name: COORDINATES.get(name, (name, 1)) for name in angles}
+    notes = [
+        f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
+    ]
+    coordinates = {theirs: sign * angles[ours] for ours, (theirs, sign) in renamed.items()}
+    write_motion(take, path, take.need("poses").times, coordinates, notes)
+    return ()
+
+
+def write_motion(
+    take: Take, path: Path, time_s: np.ndarray, coordinates: Mapping[str, np.ndarray], notes: Sequence[str]
+) -> None:
+    """A file of motion: coordinates (N,) at time_s (N,), degrees and metres, by their names; the take's provenance and
+    the notes are in its head."""
+    lines = [
+        f"{name}: {text}" for name, text in provenance(take, frame_over_the_floor(take, OPENSIM)).items()
+    ]
+    head = [
+        path.name,
+        "version=1",
+        f"nRows={len(time_s)}",
+        f"nColumns={len(coordinates) + 1}",
+        "inDegrees=yes",
+        *(line.replace("=", ":") for line in [*lines, *notes]),
+        "endheader",
+        "\t".join(["time", *coordinates]),
+    ]
+    with whole_file(path) as partial:
+        body = np.column_stack([time_s, *coordinates.values()])
+        _write(partial, head, body, ["%.6f"] * body.shape[1])
+
+
+def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
+    """The lines of a head, and (N, C) numbers below them, tabs between."""
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        file.write("\n".join(head) + "\n")
+        np.savetxt(file, body, fmt=formats, delimiter="\t")
+
+
+def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
+    """Points in millimetres, x back, y right, z up, named as our joints; a missing one has the residual -1.
+
+    The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
+    no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
+    to draw to the right and up; EVENT holds the feet's contacts. More frames than the file can number are not written,
+    nor is a single one, which has no rate for the file to state, nor any without a joint, and a warning says so.
+    InputError as `markers` raises it.
+    """
+    check_c3d()
+    import ezc3d
+
+    points_in_time = markers(take, LEVEL)
+    count, begin_s = len(points_in_time.time_s), float(points_in_time.time_s[0])
+    reason = "a single frame has no rate: write TRC (--also trc)"
+    if count > LAST:
+        reason = (
+            f"C3D numbers {LAST} frames at most, and the take has {count} at an even rate: write TRC (--also trc), or "
+            "a part (--time-range)"
+        )
+    if not 1 < count <= LAST:
+        return (notice("not-written", file=path.name, reason=reason),)
+    if nothing := nothing_in(points_in_time.joints, path):
+        return nothing
+    before = round(begin_s * points_in_time.fps)
+    numbered = 0 <= before <= LAST - count
+    points = 1000 * np.moveaxis(points_in_time.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
+    missing = np.isnan(points).any(axis=0, keepdims=True)
+    file = ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["UNITS"]["value"] = ["mm"]
+    point["RATE"]["value"] = [points_in_time.fps]
+    point["LABELS"]["value"] = list(points_in_time.names)
+    file["header"]["points"]["first_frame"] = before if numbered else 0
+    file["data"]["points"] = np.concatenate([points, np.ones_like(points[:1])])
+    file["data"]["meta_points"] = {
+        "residuals": np.where(missing, -1.0, 0.0),
+        "camera_masks": np.zeros((7, *points.shape[1:]), dtype=bool),
+    }
+    file.add_parameter("POINT", "X_SCREEN", ["-X"])
+    file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    _add_events(file, take, 0.0 if numbered else begin_s)
+    frame = frame_over_the_floor(take, LEVEL, "mm")
+    lines = [part for name, text in provenance(take, frame).items() for part in _wrapped(f"{name}: {text}")]
+    file.add_parameter(C3D_GROUP, "PROVENANCE", lines[:_MOST])
+    with whole_file(path) as partial, TemporaryDirectory() as folder:
+        made = Path(folder) / "take.c3d"  # ezc3d takes no path whose bytes are not UTF-8
+        file.write(str(made))
+        copyfile(made, partial)
+    if numbered:
+        return ()
+    return (notice("file-begins", file=path.name, begin_s=begin_s),)
+
+
+def _add_events(file: Any, take: Take, from_s: float) -> None:
+    """The group EVENT: initial contacts and toe-offs of the walks by the names that gait programs look for, at minutes
+    and seconds after from_s, in order; none where nobody walks. As many as a parameter can hold (C3D's user guide, "The
+    EVENT group")."""
+    walking = take.figures.group("walking")
+    events = sorted(
+        (at_s - from_s, side, label)
+        for side in ("right", "left")
+        for name, label in _EVENTS.items()
+        for at_s in walking.group(side).times(name)
+    )
+    if not events:
+        return
+    times, sides, labels = zip(*events[:_MOST], strict=True)
+    file.add_parameter("EVENT", "USED", [len(times)])
+    file.add_parameter("EVENT", "CONTEXTS", [side.capitalize() for side in sides])
+    file.add_parameter("EVENT", "LABELS", list(labels))
+    file.add_parameter("EVENT", "TIMES", np.array([np.floor_divide(times, 60), np.mod(times, 60)]))
+
+
+def _wrapped(line: str) -> list[str]:
+    """A line in pieces of plain ASCII, those after the first indented."""
+    return wrap(line.encode("ascii", "backslashreplace").decode(), _LONGEST, subsequent_indent="  ")

@@ -23,10 +23,8 @@ from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.signals.checks import bone_spread
 from ..drawing.facts import Source, facts_of, mean, shared_up
-from .armature import BoneNames
-from .measures import write_measures
-from .strides import write_strides
-from .tables import write_parquet
+from .animation import BoneNames
+from .tables import write_measures, write_parquet, write_strides
 
 # What runs write by themselves (design.md section 7), `live` included.
 RUN_FILES = (

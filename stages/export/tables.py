@@ -1,26 +1,38 @@
-"""kinematics.parquet and kinematics.csv: one row a frame, and the same names of columns for every source.
+"""Kinematics, measures and strides as tables: a row a frame, a figure, and a per cent of a stride or repetition.
 
-Degrees and seconds end the names. Lengths are in metres, or in the source's own unit: which, says `length_unit` ("m" or
-"arbitrary") in the provenance, and in the parquet file `unit` in the metadata of each column.
+kinematics.parquet and kinematics.csv have the same names of columns for every source. Degrees and seconds end the
+names. Lengths are in metres, or in the source's own unit: which, says `length_unit` ("m" or "arbitrary") in the
+provenance, and in the parquet file `unit` in the metadata of each column.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from ...pipeline.core.blocks import blocks
+from ...pipeline.core.figures import UNITS
+from ...pipeline.core.measures import Measure, Measures, Moments, Remark, Side
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.atomic import whole_file, write_rows
+from ...pipeline.signals.angles import near, unwrapped
+from ...pipeline.signals.filters import around, breaks, each_path, resample
+from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ..drawing.provenance import provenance
+from ..measures.cycles import POINTS
 from ..trajectories import unit_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 _ROWS = 1 << 14  # written at a time
+_OTHER: dict[str, Side] = {"right": "left", "left": "right"}
+_WITH_CYCLES = ("knee_bends", "arm_raises", "repetitions", "walking")
 
 
 def write_parquet(take: Take, path: Path) -> None:
@@ -99,3 +111,152 @@ def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
             for name, array in zip(columns, arrays, strict=True)
         ]
         yield pa.table(arrays, schema=pa.schema(fields, metadata=metadata))
+
+
+class Row(NamedTuple):
+    """One figure, a line of measures.csv. measure: the keys that lead to it in summary.json, joined by dots. side:
+    "right", "left" or None. item: which of a list, from 0 on; None for a single figure. value: a number, or None where
+    `text` says something. error: its standard error, where it is stated. unit: "deg", "s", "%", "1/min", the take's
+    unit of length or that a second, None for pure numbers. start_s, stop_s: of the repetition that the figure is of;
+    None where it is of the take."""
+
+    measure: str
+    side: str | None
+    item: int | None
+    value: float | None
+    error: float | None
+    unit: str | None
+    start_s: float | None
+    stop_s: float | None
+    text: str | None
+
+
+def write_measures(take: Take, path: Path) -> None:
+    """measures.csv: a line with the names of Row's fields, then a line a figure. A take without measures
+    has none but the first line."""
+    write_rows(path, Row._fields, rows(take))
+
+
+def rows(take: Take) -> Iterator[Row]:
+    """The take's figures in the order of summary.json, without its curves. A figure's error stands beside it and has no
+    row of its own."""
+    length = take.need("poses").frame.unit
+    for row in take.figures:
+        of = take.figures.group(*row.group)
+        place, side = ".".join((*row.group, "")), row.side or None
+        if isinstance(row, Remark):
+            yield _said(place + row.key, side, row.text)
+        elif isinstance(row, Moments):
+            of_repetitions = len(row.at_s) == len(of.times("stride_start") or of.times("start"))
+            for i, at_s in enumerate(row.at_s):
+                span = _span(of, i) if of_repetitions else (None, None)
+                yield Row(place + row.key, side, i, float(at_s), None, "s", *span, None)
+        elif isinstance(row, Measure):
+            span = (None, None) if row.number is None else _span(of, row.number)
+            unit = UNITS[row.unit].table.format(length) or None
+            yield Row(place + row.key, side, row.number, float(row.value), row.error, unit, *span, None)
+            for name, judged in row.judged.items():
+                yield _said(place + name, side, str(judged))
+
+
+def _said(measure: str, side: str | None, text: str) -> Row:
+    return Row(measure, side, None, None, None, None, None, None, text)
+
+
+def _span(of: Measures, i: int) -> tuple[float | None, float | None]:
+    """When the repetition or stride of that number began and ended."""
+    starts, stops = (of.times(end) or of.times(f"stride_{end}") for end in ("start", "stop"))
+    return (starts[i] if i < len(starts) else None), (stops[i] if i < len(stops) else None)
+
+
+class Cycle(NamedTuple):
+    """One stride or repetition. movement: the group of its measures, joined by dots. number: which, from 0 on."""
+
+    movement: str
+    side: Side
+    number: int
+    start_s: float
+    stop_s: float
+
+
+def cycles_of(measures: Measures) -> Iterator[Cycle]:
+    """All strides and repetitions of a take's measures, in the order of summary.json."""
+    for of in _moving(measures):
+        for number, (start_s, stop_s) in enumerate(of.spans):
+            yield Cycle(".".join(of.path), of.rows[0].side, number, start_s, stop_s)
+
+
+def _moving(measures: Measures) -> Iterator[Measures]:
+    """The groups of strides and repetitions; postures that are held are none."""
+    for name, of in measures.groups.items():
+        if (measures.path or name in _WITH_CYCLES) and name != "holds":
+            yield of
+            yield from _moving(of)
+
+
+def write_strides(take: Take, path: Path) -> None:
+    """strides.csv: a line of names, then 101 lines a stride or repetition; commas between, a point in numbers, what is
+    missing is empty. A take without measures has none but the names."""
+    write_as_text(path, stride_tables(take))
+
+
+def stride_tables(take: Take) -> Iterator[pa.Table]:
+    """A table without rows, which has the names of the columns; then one for each stride or repetition, whose rows are
+    each per cent of it, 0 to 100: the time of the take, the event that is nearest to it, and every angle and its
+    standard deviation in degrees, of a spline through the frames; null where it is missing. An angle goes on through
+    the end of its range within one cycle."""
+    import pyarrow as pa
+
+    degrees = [f"{name}_deg" for name in _angles(take)]
+    angle_columns = [column for name in _angles(take) for column in (f"{name}_deg", f"{name}_sd_deg")]
+    kinds = {"movement": pa.string(), "side": pa.string(), "number": pa.int32(), "percent": pa.int32()}
+    kinds |= {"time_s": pa.float64(), "event": pa.string()} | dict.fromkeys(angle_columns, pa.float32())
+    yield pa.schema(kinds).empty_table()
+    if take.measures is None or take.filtered is None:
+        return
+    times, seams, columns = take.filtered.times, breaks(take.filtered), take.need("kinematics")
+    angles = np.stack(
+        [unwrapped(columns[name]) if name in degrees else columns[name] for name in angle_columns], axis=-1
+    )
+    for cycle in cycles_of(take.measures):
+        at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
+        events = (
+            _events(take.measures.group("walking"), cycle) if cycle.movement.startswith("walking") else {}
+        )
+        near = around(times, at_s)
+        own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
+        at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
+        curves = each_path(at_percents, angles[near].astype(np.float64), POINTS)
+        values = dict(zip(angle_columns, curves.T, strict=True))
+        for name in degrees:
+            values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)
+        labels = {"movement": cycle.movement, "side": cycle.side, "number": cycle.number}
+        rows = {name: [value] * POINTS for name, value in labels.items()}
+        rows |= {"percent": np.arange(POINTS), "time_s": at_s}
+        rows |= {"event": [events.get(percent, "") for percent in range(POINTS)]} | values
+        yield pa.table(
+            [pa.array(rows[name], kind, from_pandas=True) for name, kind in kinds.items()], pa.schema(kinds)
+        )
+
+
+def _angles(take: Take) -> list[str]:
+    return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
+
+
+def _events(walking: Measures, cycle: Cycle) -> dict[int, str]:
+    """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other. walking:
+    that group of a take."""
+    events = {}
+    for prefix, side in (("other ", _OTHER[cycle.side]), ("", cycle.side)):
+        for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
+            for at_s in walking.group(side).times(name):
+                percent = 100 * (at_s - cycle.start_s) / (cycle.stop_s - cycle.start_s)
+                if -0.5 <= percent <= 100.5:
+                    events[round(percent)] = f"{prefix}{words}"
+    return events
+
+
+def _within_range(curve_deg: np.ndarray, centre_deg: float) -> np.ndarray:
+    """A curve (101,) moved by whole turns, so that it begins within 180 degrees of centre_deg."""
+    finite = curve_deg[np.isfinite(curve_deg)]
+    return curve_deg + near(finite[0], centre_deg) - finite[0] if len(finite) else curve_deg

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 from ...pipeline.core.notices import Notice
 from ...pipeline.files.markers import check_c3d
+from .animation import write_bvh, write_glb
 from .annotated import check_h264, write_annotated
-from .bvh import write_bvh
-from .c3d import write_c3d
-from .glb import write_glb
+from .markers import write_c3d, write_mot, write_trc
 from .netcdf import write_netcdf
-from .opensim import write_mot, write_trc
 from .tables import write_csv
 
 

@@ -20,8 +20,7 @@ from ...pipeline.files.finished import read_run
 from ...pipeline.reading.settings import Force
 from ...pipeline.running.conclusion import trust
 from ..drawing.page import bullets, with_section
-from ..export.markers import OPENSIM, markers
-from ..export.opensim import COORDINATES, write_motion, write_trc
+from ..export.markers import COORDINATES, OPENSIM, markers, write_motion, write_trc
 from .model import Solved, follow, opensim
 
 _FOLDER = "opensim"  # in the run's, by default

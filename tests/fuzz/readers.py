@@ -174,8 +174,7 @@ def _read_manifest(path: Path) -> object:
 
 def _read_study(path: Path) -> object:
     """A finished take of a batch into the study's table and page."""
-    from pcnet3d.stages.study.batch.page import as_page
-    from pcnet3d.stages.study.batch.study import figures, write_table
+    from pcnet3d.stages.study.batch.study import as_page, figures, write_table
 
     labels = {"name": "a", "condition": "", "state": "done", "exit_code": 0, "reason": ""}
     (row,) = figures(path)
@@ -205,7 +204,7 @@ OTHERS = {
     "run folder": Reader(_run, _by("stages.study.compare.side", "load_side")),
     "rectifier": Reader(_onnx("rectifier/pcnet.onnx"), _read_rectifier),
     "lifter": Reader(_onnx("lifter/lifter.onnx"), _read_lifter),
-    "truth": Reader(_truth, _by("stages.study.compare.truth", "read_truth")),
+    "truth": Reader(_truth, _by("stages.study.compare.side", "read_truth")),
     **{f"camera file, {form}": Reader(write, _read_camera) for form, write in cameras.WRITERS.items()},
 }
 

@@ -21,10 +21,8 @@ from ....pipeline.reading.settings import Output, RunOptions, offering
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
-from .page import as_page
-from .process import end_takes
-from .study import concluded, write_table
-from .take import Job, Outcome, run_take
+from .study import as_page, concluded, write_table
+from .take import Job, Outcome, end_takes, run_take
 
 MARK, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
 

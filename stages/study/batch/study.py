@@ -1,25 +1,33 @@
-"""The study's table: a row for every take, and for every person of a take."""
+"""The study's tables: study.parquet and study.csv, a row for every take and for every person of a take; and study.html,
+whose tables can be sorted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
+
+from markupsafe import Markup
 
 from ....models.angle_error.repeatability import figure_of
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.figures import OF_LENGTH
-from ....pipeline.core.measures import Measure, nested
-from ....pipeline.core.messages import how_many
+from ....pipeline.core.figures import GROUPS, OF_LENGTH, label_of
+from ....pipeline.core.measures import Measure, Side, nested, with_bar
+from ....pipeline.core.messages import bound_in_words, how_many
+from ....pipeline.core.notices import WARNS
+from ....pipeline.core.pose import package_version
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
 from ....pipeline.signals.checks import bone_spread
-from ...drawing.facts import mean
+from ...drawing.facts import ERRORS_OF_ANGLES, mean
+from ...drawing.page import Cell, Link, Number, answer, box, heading, joined, page, small, table
+from .manifest import LABELS
 
-QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
+_QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 _COUNTS = ("count", "steps")  # of movements, which the page shows beside the figures that have errors
 # Of a notice.
 _SAID = ("code", "weight", "about", "text")
@@ -28,9 +36,13 @@ _SAID = ("code", "weight", "about", "text")
 _COLUMNS = (
     "name", "subject", "visit", "condition", "person", "state", "exit_code", "code", "reason", "report", "notices",
     "verdict", "frames", "fps", "duration_s", "unit", "method", "angle_errors", "device",
-    "level_ok", "level_reason", *QUALITY,
+    "level_ok", "level_reason", *_QUALITY,
 )  # fmt: skip
-_NUMBERS = ("fps", "duration_s", *QUALITY)
+_NUMBERS = ("fps", "duration_s", *_QUALITY)
+_MOST = 20  # names of runs in a sentence
+_LEVELLED = {True: "yes", False: "no", None: None}
+
+Row = Mapping[str, Any]  # of a take, or of a person of it; a failed one has its `reason`
 
 
 def figures(folder: Path) -> tuple[dict[str, Any], ...]:
@@ -45,12 +57,11 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
     """place: of the folder, seen from the study's page."""
     device = read_summary(folder).get("device")
     networks = device.get("networks") if isinstance(device, dict) else None
+    processors = sorted({*map(str, networks.values())}) if isinstance(networks, dict) else ()
     row = {
         "person": printable(folder.name) if len(place.parts) > 2 else "",
         "report": printable((place / REPORT).as_posix()) if (folder / REPORT).exists() else "",
-        "device": printable(", ".join(sorted({*map(str, networks.values())})))
-        if isinstance(networks, dict)
-        else "",
+        "device": printable(", ".join(processors)),
     }
     if not (folder / POSES).exists():
         return row
@@ -58,13 +69,9 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         take = read_run(folder)
     except InputError as error:
         raise InputError(error.code, f"{str(error).rstrip('.')}: remove that folder first.") from None
-    return {**plain(_of_take(take)), "measures": _shown(take), **row}
-
-
-def _of_take(take: Take) -> dict[str, Any]:
     poses, rectified = take.need("poses"), take.need("rectified")
     rows = rectified.turned if rectified.camera == "moving" else slice(None)
-    return {
+    row |= {
         "notices": [{part: printable(getattr(each, part)) for part in _SAID} for each in take.said],
         "verdict": take.verdict or "",
         "frames": len(poses),
@@ -81,6 +88,7 @@ def _of_take(take: Take) -> dict[str, Any]:
         "bone_length_spread": bone_spread(poses),
         "numbers": {printable(name): value for name, value in _numbers(nested(take.figures))},
     }
+    return {**plain(row), "measures": _shown(take)}
 
 
 def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, float]]:
@@ -109,7 +117,7 @@ def place(measure: Measure) -> str:
     return ".".join((*measure.group, measure.name))
 
 
-def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
+def doubts(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
     rows: as of `study_rows`, one for each person of a take."""
     runs = {
@@ -122,7 +130,7 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any
     return {what: doubtful for what, doubtful in runs.items() if doubtful}
 
 
-def concluded(rows: Sequence[Mapping[str, Any]], before: int | None = None) -> Iterator[str]:
+def concluded(rows: Sequence[Row], before: int | None = None) -> Iterator[str]:
     """How many takes are done, `before` of them by an earlier batch, and how far their runs can be trusted; rows: as of
     `study_rows`."""
     done = [row for row in rows if row["state"] == "done"]
@@ -134,12 +142,12 @@ def concluded(rows: Sequence[Mapping[str, Any]], before: int | None = None) -> I
         yield f"of {how_many(len(done), 'run')}: {doubtful or 'no doubts about poses or levelling'}"
 
 
-def name_of(row: Mapping[str, Any]) -> str:
+def name_of(row: Row) -> str:
     """A take's name, and the person's where it shows several."""
     return f"{row['name']}, {row['person']}" if row.get("person") else row["name"]
 
 
-def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+def write_table(rows: Sequence[Row], path: Path) -> None:
     """The columns of the rows, then a column for every number of any; null where a take has none. As Parquet at `path`,
     and beside it as CSV, where a take's notices are their codes."""
     import pyarrow as pa
@@ -155,3 +163,101 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     for line in lines:
         line["notices"] = " ".join(each["code"] for each in line.get("notices", ()))
     write_rows(path.with_suffix(".csv"), kinds, ([line.get(name) for name in kinds] for line in lines))
+
+
+def as_page(title: str, rows: Sequence[Row]) -> str:
+    """study.html."""
+    done = [row for row in rows if row["state"] == "done"]
+    failed = [row for row in rows if row["state"] == "failed"]
+    sections = [
+        ("Failed takes", _failed(failed)),
+        ("Takes", _takes(done)),
+        ("Figures", _figure_tables(done)),
+    ]
+    return page(title, _head(rows, done), sections)
+
+
+def _head(rows: Sequence[Row], done: Sequence[Row]) -> Markup:
+    named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in LABELS}
+    about = [how_many(len(names), label) for label, names in named.items() if names]
+    unsure = [
+        f"{how_many(len(runs), 'run')} {what}: {'; '.join(map(name_of, runs[:_MOST]))}"
+        f"{' ...' if len(runs) > _MOST else ''}"
+        for what, runs in doubts(done).items()
+    ]
+    return (
+        small(" · ".join([*about, f"pcnet3d {package_version()}"]))
+        + answer(f"{line[:1].upper()}{line[1:]}." for line in concluded(rows))
+        + box("Not to be trusted, or with care", unsure, "warning")
+    )
+
+
+def _linked(row: Row) -> Cell:
+    return Link(name_of(row), quote(row["report"])) if row.get("report") else name_of(row)
+
+
+def _table(rows: Sequence[Row], columns: Mapping[str, Sequence[Cell]]) -> Markup:
+    """The takes' names and labels, then the columns (head: a cell a take), but for empty ones."""
+    filled = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
+    if not filled:
+        return Markup("")
+    labels = [label for label in LABELS if any(row[label] for row in rows)]
+    lines = [
+        [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in filled.values())]
+        for i, row in enumerate(rows)
+    ]
+    return table(["take", *labels, *filled], lines, sortable=True)
+
+
+def _failed(rows: Sequence[Row]) -> Markup:
+    columns = {"exit code": [row["exit_code"] for row in rows], "why": [row["reason"] for row in rows]}
+    about = "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
+    return _table(rows, columns) + small(about) if rows else Markup("")
+
+
+def _takes(rows: Sequence[Row]) -> Markup:
+    columns: dict[str, list[Cell]] = {
+        "frames": [row.get("frames") for row in rows],
+        "duration (s)": _written(rows, "duration_s", "{:.1f}".format),
+        "poses are": [row.get("verdict") or None for row in rows],
+        "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
+        "errors of angles": [ERRORS_OF_ANGLES.get(row.get("angle_errors", "")) for row in rows],
+        "up known to within (°, 90 %)": _written(rows, "up_bound_deg", bound_in_words),
+        "expected rotation error (°)": _written(rows, "error_deg_mean", bound_in_words),
+        "bone lengths vary by (%)": _written(
+            rows, "bone_length_spread", lambda share: with_bar(100 * share, None)
+        ),
+        "warnings": [sum(each["weight"] in WARNS for each in row.get("notices", ())) for row in rows],
+    }
+    about = "A take's name links to its report. Click a column's heading to sort by it."
+    return _table(rows, columns) + small(about) if rows else Markup("")
+
+
+def _written(rows: Sequence[Row], name: str, in_words: Callable[[float], str]) -> list[Cell]:
+    return [None if row.get(name) is None else Number(in_words(row[name])) for row in rows]
+
+
+def _figure_tables(rows: Sequence[Row]) -> Markup:
+    """A table for each group of the catalogue of figures, and for each side."""
+    groups: dict[tuple[str, Side], dict[str, list[Cell]]] = {}
+    for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
+        of = [row.get("measures", {}).get(key) for row in rows]
+        cells = [None if each is None else Number(each.in_words()) for each in of]
+        groups.setdefault((measure.group[0], measure.side), {})[_named(measure)] = cells
+    tables = [
+        heading(", ".join(filter(None, [GROUPS[group].title.capitalize(), side]))) + _table(rows, columns)
+        for (group, side), columns in groups.items()
+    ]
+    about = (
+        "Ranges are from the 5th to the 95th percentile of the frames; the truth lies within ± in nine of ten cases. "
+        "study.csv and study.parquet have all figures."
+    )
+    return small(about) + joined(tables) if tables else Markup("")
+
+
+def _named(measure: Measure) -> str:
+    """A measure with its unit, such as "right: cadence (steps/min)"; of ranges the angle."""
+    group, *inner = measure.group
+    if group == "range_of_motion":
+        return f"{label_of(inner[0])} (°)"
+    return ": ".join([*map(label_of, inner), measure.about.label_with_unit()])

@@ -34,31 +34,36 @@ WHY = {
     "unit-unknown": "one of the takes is not in metres",
 }
 _MOST = 6  # differences that a sentence names
+_IN_FILES = (
+    "group", "item", "side", "unit", "reference", "value", "difference", "error", "mdc90", "within_error", "differs",
+    "reason",
+)  # fmt: skip
 
 
 class Change(NamedTuple):
     """A figure of two takes.
 
-    group: "range_of_motion" or the movement's. side: "right", "left" or neither. values, errors: of the reference and
-    of the other. error: one standard deviation of their difference. All NaN where not known. differs: whether the
-    difference is told from none, with all figures of the comparison tested at once; None of one that is not judged, for
-    the reason whose code in WHY is `reason`.
+    group: "range_of_motion" or the movement's. side: "right", "left" or neither. reference, value: of the reference and
+    of the other, with their errors. error: one standard deviation of their difference. All NaN where not known.
+    differs: whether the difference is told from none, with all figures of the comparison tested at once; None of one
+    that is not judged, for the reason whose code in WHY is `reason`.
     """
 
     group: str
     item: str
     side: str
     unit: str
-    values: tuple[float, float]
+    reference: float
+    value: float
     errors: tuple[float, float]
     error: float
     reason: str = ""
     differs: bool | None = None
 
     @property
-    def by(self) -> float:
+    def difference(self) -> float:
         """The other less the reference."""
-        return self.values[1] - self.values[0]
+        return self.value - self.reference
 
     @property
     def mdc90(self) -> float:
@@ -66,25 +71,21 @@ class Change(NamedTuple):
         return SD_90 * self.error
 
     @property
-    def within_error(self) -> bool:
-        """Whether zero lies in the 90 % band about the difference, looked at by itself."""
-        return abs(self.by) <= self.mdc90
+    def within_error(self) -> bool | None:
+        """Whether zero lies in the 90 % band about the difference, by itself; None where that is not known."""
+        return None if math.isnan(self.error) else abs(self.difference) <= self.mdc90
 
     @property
     def chance(self) -> float:
         """How often a figure that did not change differs by as much."""
         if self.error <= 0:
-            return float(self.by == 0)
-        return float(difference_chance(np.array(self.by / self.error)))
+            return float(self.difference == 0)
+        return float(difference_chance(np.array(self.difference / self.error)))
 
     @property
-    def difference(self) -> str:
+    def in_words(self) -> str:
         """The difference and its minimal detectable change, where that is known, with a sign and without a unit."""
-        return signed(self.by, self.error)
-
-    def value(self, take: int) -> str:
-        """Of the reference (0) or the other (1), with its 90 % bar; empty where it is not known."""
-        return "" if math.isnan(self.values[take]) else with_bar(self.values[take], self.errors[take])
+        return signed(self.difference, self.error)
 
     def __str__(self) -> str:
         """What the figure is."""
@@ -129,7 +130,7 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
         }
         reason = next((code for code, holds in reasons.items() if holds), "")
         error = error if reason in ("", "poses-doubtful") else float("nan")
-        differences.append(Change(group, item, part, unit, values, errors, error, reason))
+        differences.append(Change(group, item, part, unit, *values, errors, error, reason))
     return _tested(differences)
 
 
@@ -189,7 +190,7 @@ def summary(changes: list[Change], against: str) -> Iterator[str]:
     tested = [change for change in changes if not change.reason]
     if tested:
         differ = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
-        named = [f"{change} {change.difference}{_gap(change.unit)}{change.unit}" for change in differ[:_MOST]]
+        named = [f"{change} {change.in_words}{_gap(change.unit)}{change.unit}" for change in differ[:_MOST]]
         named += [f"{len(differ) - _MOST} more"] * (len(differ) > _MOST)
         which = f"; {against}: {', '.join(named)}" if named else ""
         are = "differ" if len(differ) > 1 else "differs"
@@ -202,23 +203,7 @@ def summary(changes: list[Change], against: str) -> Iterator[str]:
 def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
     """For JSON: those that are told first."""
     listed = sorted(changes, key=lambda change: math.isnan(change.error) and change.reason != "another-part")
-    return [
-        {
-            "group": change.group,
-            "item": change.item,
-            "side": change.side,
-            "unit": change.unit,
-            "reference": change.values[0],
-            "value": change.values[1],
-            "difference": change.by,
-            "error": change.error,
-            "mdc90": change.mdc90,
-            "within_error": None if math.isnan(change.error) else change.within_error,
-            "differs": change.differs,
-            "reason": change.reason,
-        }
-        for change in listed
-    ]
+    return [{name: getattr(change, name) for name in _IN_FILES} for change in listed]
 
 
 def _gap(unit: str) -> str:

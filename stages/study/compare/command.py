@@ -3,8 +3,6 @@ against inertial sensors."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,11 +11,12 @@ import typer
 from ....adapters.imu_csv import MOST_HZ
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.messages import how_many, say_all
+from ....pipeline.core.messages import say_all
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
+from ....pipeline.files.markers import Up
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.settings import Force
@@ -27,8 +26,7 @@ from .align import Align
 from .comparison import compared, figures, result
 from .imu import compared_with, read_sensors, sensed_page
 from .page import as_page
-from .side import Side, load_side, named_apart, truth_side, with_trunk_of
-from .truth import Up, read_truth
+from .side import load_side, named_apart, with_truth
 
 
 def compare(
@@ -123,7 +121,7 @@ def compare(
             )
         sides = named_apart([load_side(folder) for folder in folders])
         if truth is not None:
-            sides = _with_truth(sides, truth, up, unit, rate)
+            sides = with_truth(sides, truth, up, unit, rate)
         comparison = compared(sides, align, offset, search)
         content = {"what": "comparison", **figures(comparison)}
         html, notices = as_page(comparison), comparison.notices
@@ -138,21 +136,3 @@ def compare(
     say_all("warning", [each.text for each in notices])
     print("\n".join(lines))
     point_to(target)
-
-
-def _with_truth(
-    sides: Sequence[Side], truth: Path, up: Up | None, unit: str | None, rate: float | None
-) -> list[Side]:
-    """The runs behind the motion capture, and with its trunk."""
-    cutoffs = {side.cutoff_hz for side in sides}
-    if len(cutoffs) > 1:
-        raise InputError(
-            "files-apart",
-            f"Expected runs with one cut-off to compare with motion capture, got "
-            f"{', '.join(map(str, cutoffs))} Hz; compare them one by one.",
-        )
-    poses = read_truth(truth, up, unit, rate)
-    about = f"{truth.name}, {how_many(len(poses), 'frame')}, {poses.fps:.4g} a second"
-    entry = {"role": "motion capture", "file": truth.name, "sha256": sha256(truth)}
-    first = replace(truth_side(poses, about, cutoffs.pop()), sources=(entry,))
-    return [first, *(with_trunk_of(side, first) for side in sides)]

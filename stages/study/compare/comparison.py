@@ -142,7 +142,7 @@ def _sd(side: Side, reference: Side, name: str, times: np.ndarray) -> np.ndarray
 
 def _beyond(pair: Pair) -> list[Notice]:
     """A doubt about the measures of one motion, of which one take shows more than the other."""
-    if pair.alignment is None or not any(np.isfinite(change.by) for change in pair.changes):
+    if pair.alignment is None or not any(np.isfinite(change.difference) for change in pair.changes):
         return []
     spans = np.array([times[[0, -1]] for times in (pair.times, pair.reference.time_s)])
     common_s, longest_s = float(spans[:, 1].min() - spans[:, 0].max()), float(np.ptp(spans, axis=1).max())

@@ -95,13 +95,14 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
     if change is None:
         both = [pair.agreement[angle][key] for key in ("rom_reference_deg", "rom_deg")]
         return [*(with_bar(value, None) for value in both), signed(both[1] - both[0])]
-    values: list[Cell] = [change.value(take) or None for take in (0, 1)]
+    figures = zip((change.reference, change.value), change.errors, strict=True)
+    values = [None if np.isnan(value) else with_bar(value, error) for value, error in figures]
     if change.reason:
-        by = f"{change.difference}; " if np.isfinite(change.by) else ""
+        by = f"{change.in_words}; " if np.isfinite(change.difference) else ""
         return [*values, Soft(f"{by}not judged: {change.reason.replace('-', ' ')}")]
     if change.differs:
-        return [*values, f"{change.difference} *"]
-    return [*values, Soft(change.difference) if change.within_error else change.difference]
+        return [*values, f"{change.in_words} *"]
+    return [*values, Soft(change.in_words) if change.within_error else change.in_words]
 
 
 def _agreed(pair: Pair, name: str) -> list[Cell]:

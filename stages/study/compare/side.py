@@ -1,9 +1,11 @@
-"""What a comparison knows of each side: a finished run, or motion capture brought to the same form."""
+"""What a comparison knows of each side: a finished run, or motion capture of many formats brought to the same form."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +15,24 @@ from ....models.angle_error.take_angles import AngleSeries, TakeJoints, smoothed
 from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
-from ....pipeline.core.errors import InputError
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.anthropometry import STATURES_M, implied_stature
+from ....pipeline.core.errors import InputError, naming
+from ....pipeline.core.frames import Z_UP, change_frame
+from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.measures import Measures
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
+from ....pipeline.files.arrays import keys
+from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
+from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc, z_up
+from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
+from ....pipeline.plugins.options import call
+from ....pipeline.reading.bounds import check_fps
+from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, each_path, resample
 
@@ -118,16 +129,27 @@ def _about(run: Take) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side:
-    """Motion capture in a Z-up world, its joints low-passed as those of the runs that it is compared with."""
+def with_truth(
+    sides: Sequence[Side], path: Path, up: Up | None, unit: str | None, rate: float | None
+) -> list[Side]:
+    """Motion capture (`read_truth`), its joints low-passed as those of the runs, and the runs, with its trunk.
+    InputError for runs of several cut-offs."""
+    cutoffs = {side.cutoff_hz for side in sides}
+    if len(cutoffs) > 1:
+        raise InputError(
+            "files-apart",
+            f"Expected runs with one cut-off to compare with motion capture, got "
+            f"{', '.join(map(str, cutoffs))} Hz; compare them one by one.",
+        )
+    poses, cutoff_hz = read_truth(path, up, unit, rate), cutoffs.pop()
     joints = relative(poses.joints.astype(np.float64))
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz)
     R = _facing(joints)
     series = take_angles(TakeJoints(_trunk_by_shoulders(joints), _trunk_by_shoulders(filtered), R))
     R_world_from_level, _ = level_frame(R, np.array([0.0, 0.0, 1.0]), poses.times)
-    return Side(
+    truth = Side(
         name=TRUTH,
-        about=about,
+        about=f"{path.name}, {how_many(len(poses), 'frame')}, {poses.fps:.4g} a second",
         time_s=poses.times,
         seams=breaks(poses),
         level=rotate(transpose(R_world_from_level), joints),
@@ -135,11 +157,13 @@ def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side
         sd={name: angle.sd_deg for name, angle in series.items()},
         metric=True,
         cutoff_hz=cutoff_hz,
+        sources=({"role": TRUTH, "file": path.name, "sha256": sha256(path)},),
         notices=tuple(_lacking(joints, series)),
     )
+    return [truth, *(_with_trunk_of(side, truth) for side in sides)]
 
 
-def with_trunk_of(side: Side, truth: Side) -> Side:
+def _with_trunk_of(side: Side, truth: Side) -> Side:
     """The side of a run with a trunk line that ends between the shoulders, where that of motion capture does so for
     lack of a thorax; as it is where motion capture has one, or the run no filtered joints."""
     if _has(truth.level, "thorax") or not _has(truth.level, *_SHOULDERS):
@@ -209,3 +233,119 @@ def one_clock(side: Side, reference: Side) -> bool:
     ]
     begin, end = max(side.time_s[0], reference.time_s[0]), min(side.time_s[-1], reference.time_s[-1])
     return bool(read[0] & read[1]) and bool(end - begin >= LEAST_S)
+
+
+def read_truth(
+    path: Path,
+    up: Up | None = None,
+    unit: str | None = None,
+    fps: float | None = None,
+) -> PoseSequence:
+    """One person of a TRC, C3D, BVH or .npz file, or of one that an adapter reads in a world (FreeMoCap's): H36M17,
+    metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC, C3D or .npz file lacks are
+    NaN; it has to have hips, knees and ankles.
+
+    up, unit, fps: of files that do not state them, or state them wrongly. InputError if the file is damaged or of
+    another form, has no joints of these names, or its person does not stand upright or has an impossible size; and for
+    an option that the format leaves no room for.
+    """
+    if not path.is_file():
+        raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
+    if unit is not None and unit not in UNITS:
+        raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+    if fps is not None:
+        check_fps(fps, "--rate")
+    readers = {".trc": read_trc, ".c3d": read_c3d, ".npz": partial(_one_clip, fps=fps)}
+    with naming(path):
+        read = readers.get(path.suffix.lower())
+        poses = _adapted(path, up, unit, fps) if read is None else _of_markers(read(path), up, unit, fps)
+    _check_person(poses, path, unit)
+    return poses
+
+
+def _one_clip(path: Path, fps: float | None) -> Markers:
+    if "clip_start" in keys(path):
+        raise InputError(
+            "wrong-content",
+            "it holds several clips, as pcnet3d lab mocap writes them; save one as joints, joint_names and fps.",
+        )
+    return read_joints(path, fps)
+
+
+def _check_person(poses: PoseSequence, path: Path, unit: str | None) -> None:
+    """InputError if the person does not stand upright, or has an impossible size."""
+    share = upright_share(poses.joints)
+    if np.isnan(share):
+        raise InputError(
+            "nothing-usable",
+            f"{path}: expected frames with both legs, and the head where the file has it; got none.",
+        )
+    if share < 0.5:
+        raise InputError(
+            "wrong-axes",
+            f"{path}: the head or the hips are above the feet in only {100 * share:.0f} % of the frames; give the "
+            "vertical axis with --up.",
+        )
+    stature_m = implied_stature(poses.joints)
+    if stature_m < STATURES_M[0] or stature_m > STATURES_M[1]:
+        raise InputError(
+            "wrong-axes",
+            f"{path}: expected a person's limbs, got those of a stature of {stature_m:.3g} m if lengths are in "
+            f"{unit or 'the unit that it says'}; give its unit with --unit.",
+        )
+
+
+def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
+    unit = unit or markers.unit
+    if unit not in UNITS:
+        raise InputError(
+            "needs-input", f"expected a unit of {', '.join(UNITS)}, got '{unit}'; give it with --unit."
+        )
+    bodies: dict[str, np.ndarray] = {}
+    for body in (h36m17_named, h36m17_of_limbs):
+        for subject, points in by_subject(markers).items():
+            with suppress(InputError):
+                bodies.setdefault(subject, body(points.points * UNITS[unit], points.names))
+    if len(bodies) > 1:
+        raise InputError(
+            "choose-person",
+            f"expected one person's points, got those of {', '.join(bodies)}; keep one of them in the file.",
+        )
+    if not bodies:
+        raise InputError(
+            "wrong-content",
+            "expected points at the joint centres (hips, knees and ankles at least, under common names), got "
+            f"{', '.join(markers.names[:30])}; markers on the skin must be turned into joint centres first.",
+        )
+    (joints,) = bodies.values()
+    return PoseSequence(
+        z_up(joints, up or markers.up),
+        H36M17,
+        Z_UP,
+        time_s=markers.time_s if fps is None else np.arange(len(joints)) / fps,
+        frame_index=np.arange(len(joints)),
+        person=TRUTH,
+    )
+
+
+def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
+    given = {name: value for name, value in {"up": up, "unit": unit}.items() if value is not None}
+    people = [
+        poses
+        for adapter in adapters("poses").values()
+        if recognises(adapter, path)
+        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options=given)
+        if poses.frame.family == "world" and poses.frame.metric
+    ]
+    if len(people) != 1:
+        raise InputError(
+            "format-unknown",
+            "expected one person's motion capture: TRC, C3D, BVH, .npz, or a file that FreeMoCap writes.",
+        )
+    poses = remap(people[0], H36M17)
+    if fps is not None:
+        rows = poses.frame_index if poses.time_s is None else poses.time_s * poses.fps
+        poses = poses.with_(time_s=rows / fps)
+    if poses.time_s is None:
+        raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
+    return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))

@@ -19,9 +19,7 @@ from pcnet3d.pipeline import H36M17, Pipeline, Take
 from pcnet3d.pipeline.core.rotations import rotate, unit
 from pcnet3d.pipeline.files.skeletons import place
 from pcnet3d.pipeline.signals.checks import without_made_nose
-from pcnet3d.stages.export.armature import ANIMATION, armature
-from pcnet3d.stages.export.bvh import write_bvh
-from pcnet3d.stages.export.glb import write_glb
+from pcnet3d.stages.export.animation import ANIMATION, armature, write_bvh, write_glb
 from pcnet3d.stages.export.markers import evenly
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify

@@ -8,7 +8,7 @@ import pytest
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.files.skeletons import place
-from pcnet3d.stages.export.armature import ANIMATION, armature
+from pcnet3d.stages.export.animation import ANIMATION, armature
 from pcnet3d.stages.export.markers import evenly, markers
 from refusals import refused
 

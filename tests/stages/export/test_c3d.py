@@ -11,7 +11,7 @@ from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.c3d import write_c3d
+from pcnet3d.stages.export.markers import write_c3d
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

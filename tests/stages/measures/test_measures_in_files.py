@@ -12,8 +12,7 @@ from pcnet3d.models.gait.events import Stride
 from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, Take
 from pcnet3d.pipeline.core.measures import Measure, Measures, nested, withheld
 from pcnet3d.pipeline.files.measures import read_measures
-from pcnet3d.stages.export.measures import Row, rows, write_measures
-from pcnet3d.stages.export.strides import stride_tables, write_strides
+from pcnet3d.stages.export.tables import Row, rows, stride_tables, write_measures, write_strides
 from pcnet3d.stages.measures.walking import peaks
 from refusals import refused
 

@@ -17,7 +17,7 @@ import numpy as np
 import pcnet3d
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.opensim import COORDINATES
+from pcnet3d.stages.export.markers import COORDINATES
 from pcnet3d.stages.opensim.command import solve
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

@@ -5,7 +5,7 @@ import pytest
 
 from golden.measures import by_place
 from pcnet3d.pipeline.core.measures import Measure
-from pcnet3d.stages.study.batch.page import as_page
+from pcnet3d.stages.study.batch.study import as_page
 
 EVIL = '<script>document.title = "run"</script><img src=x onerror="document.title = 1">'
 

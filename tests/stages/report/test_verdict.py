@@ -12,8 +12,7 @@ from pcnet3d.stages.drawing.provenance import provenance
 from pcnet3d.stages.export.stage import Export, summary
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report
-from pcnet3d.stages.study.batch.page import as_page
-from pcnet3d.stages.study.batch.study import figures
+from pcnet3d.stages.study.batch.study import as_page, figures
 
 
 @pytest.fixture(scope="module")

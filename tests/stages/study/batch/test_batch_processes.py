@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from pcnet3d.pipeline import InputError
-from pcnet3d.stages.study.batch import process
-from pcnet3d.stages.study.batch.process import PRELOADED, run_apart
+from pcnet3d.stages.study.batch import take
+from pcnet3d.stages.study.batch.take import PRELOADED, run_apart
 
 
 def refuse() -> None:
@@ -42,13 +42,13 @@ def test_a_take_computes_in_one_thread_and_writes_utf_8(tmp_path, monkeypatch, t
     started = {}
 
     class Context:
-        Pipe = staticmethod(process.process_context(()).Pipe)
+        Pipe = staticmethod(take.process_context(()).Pipe)
 
         def Process(self, **how):
             started.update(os.environ)
             raise OSError(12, "no memory")
 
-    monkeypatch.setattr(process, "process_context", lambda preload: Context())
+    monkeypatch.setattr(take, "process_context", lambda preload: Context())
     for name in ("OMP_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         monkeypatch.setenv(name, told)
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -67,6 +67,6 @@ def test_a_take_computes_in_one_thread_and_writes_utf_8(tmp_path, monkeypatch, t
 def test_what_is_imported_before_a_fork_begins_no_thread():
     code = f"import importlib\nfor name in {PRELOADED}: importlib.import_module(name)\n"
     code += "print(open('/proc/self/status').read().split('Threads:')[1].split()[0])"
-    environment = {**os.environ, **process._ENVIRONMENT}
+    environment = {**os.environ, **take._ENVIRONMENT}
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
     assert told.stdout.strip() == "1", told.stderr

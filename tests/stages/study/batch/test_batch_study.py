@@ -14,8 +14,7 @@ from pcnet3d.pipeline.core.measures import Measure
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
-from pcnet3d.stages.study.batch.page import as_page
-from pcnet3d.stages.study.batch.study import _shown, figures
+from pcnet3d.stages.study.batch.study import _shown, as_page, figures
 from pcnet3d.stages.study.batch.take import Outcome, result_key
 
 SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}

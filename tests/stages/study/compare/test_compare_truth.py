@@ -6,7 +6,7 @@ import pytest
 from golden.skeleton import bvh
 from golden.worlds import freemocap_rtmpose, trc, y_up
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.stages.study.compare.truth import read_truth
+from pcnet3d.stages.study.compare.side import read_truth
 from refusals import refused
 
 

@@ -92,7 +92,7 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     visits = [of_visit(sides[0], 5.0, 55.0, 1.0), of_visit(sides[1], 5.0, 75.0, 1.1)]
     found = compared(visits)
     knee, speed = found.pairs[0].changes
-    assert (knee.item, knee.by, knee.error) == ("r_knee_flexion", 20.0, pytest.approx(np.hypot(4, 4)))
+    assert (knee.item, knee.difference, knee.error) == ("r_knee_flexion", 20.0, pytest.approx(np.hypot(4, 4)))
     assert not knee.within_error  # 20 of 1.645 * 5.7
     assert speed.within_error  # 0.10 of 1.645 * 0.071
     said = next(conclusion(found.pairs[0]))
@@ -185,8 +185,8 @@ def test_why_a_difference_is_not_told(sides):
         sides[1], measures=rows_of({"range_of_motion": {"r_knee_flexion": {"p05_p95_deg": 60.0}}})
     )
     right, left = changes(later, first, True)
-    assert (right.reason, right.by, right.differs) == ("error-unknown", 10.0, None)
-    assert (left.reason, left.values[0], left.differs) == ("in-one-take", 50.0, None)
+    assert (right.reason, right.difference, right.differs) == ("error-unknown", 10.0, None)
+    assert (left.reason, left.reference, left.differs) == ("in-one-take", 50.0, None)
     (said,) = summary([right, left], "")
     assert said == f"2 differences not judged: {WHY['error-unknown']} (1), {WHY['in-one-take']} (1)"
     of_length = [
