@@ -242,7 +242,7 @@ def _figure_tables(rows: Sequence[Row]) -> Markup:
     groups: dict[tuple[str, Side], dict[str, list[Cell]]] = {}
     for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
         of = [row.get("measures", {}).get(key) for row in rows]
-        cells = [None if each is None else Number(each.in_words()) for each in of]
+        cells: list[Cell] = [None if each is None else Number(each.in_words()) for each in of]
         groups.setdefault((measure.group[0], measure.side), {})[_named(measure)] = cells
     tables = [
         heading(", ".join(filter(None, [GROUPS[group].title.capitalize(), side]))) + _table(rows, columns)
