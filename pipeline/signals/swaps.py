@@ -30,16 +30,12 @@ from ..core.take import Swaps
 from .checks import handedness_cues, without_made_nose
 from .filters import breaks, stretches
 
-_LEG = (*LEG, "big_toe", "small_toe", "heel", "foot_index")
-_ARM = (*ARM, "pinky", "index", "thumb")
-_INNER = ("hip", "knee", "shoulder", "elbow")
-# Joints of a limb that are exchanged by themselves: their names, which joint goes with them, and which shows that.
-_ALONE = (
-    ("knee", "leg", "ankle"),
-    ("ankle", "leg", "knee"),
-    ("elbow", "arm", "wrist"),
-    ("wrist", "arm", "elbow"),
-)
+# Of each limb, from the trunk outwards, and what goes with its end: exchanged ankles take heels and toes along.
+_PARTS = {"leg": LEG, "arm": ARM}
+_WITH_END = {"ankle": ("big_toe", "small_toe", "heel", "foot_index"), "wrist": ("pinky", "index", "thumb")}
+# Of a pair that is exchanged by itself, the joints that show it: the two knees lie apart in much the same direction as
+# the two ankles, elbows as wrists.
+_BESIDE = {"knee": "ankle", "ankle": "knee", "elbow": "wrist", "wrist": "elbow"}
 # Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. One pair of
 # joints is told wrongly more easily than a limb. With the price for one pair 1 of 332 sound takes of 9 validation
 # people is told wrongly, with that for limbs 4.
@@ -114,35 +110,36 @@ class Kind:
         return turned
 
 
+def _kind(
+    name: str, limb: str, parts: Iterable[str], layout: Layout, exchanged: bool = True, price: float = _PRICE
+) -> Kind:
+    """Of the pairs of these parts that the layout has, and of what goes with a limb's end."""
+    whole = [each for part in parts for each in (part, *_WITH_END.get(part, ()))]
+    pairs = [[layout.index(f"{side}_{part}") for side in "lr"] for part in whole if f"l_{part}" in layout]
+    return Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, exchanged, price)
+
+
 def kinds(layout: Layout) -> tuple[Kind, ...]:
     """Exchanged legs and exchanged arms."""
-    ways = []
-    for limb, parts in (("leg", _LEG), ("arm", _ARM)):
-        left, right = (
-            [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout] for side in "lr"
-        )
-        ways.append(Kind(f"{limb}s exchanged", np.array(list(zip(left, right, strict=True))), limb))
-    return tuple(ways)
+    return tuple(_kind(f"{limb}s exchanged", limb, parts, layout) for limb, parts in _PARTS.items())
 
 
 def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
     """Knees, ankles, elbows or wrists that are exchanged alone; heels and toes go with the ankles, fingers with the
     wrists."""
-    ways = []
-    for limbs in kinds(layout):
-        at = {layout.joints[left].removeprefix("l_"): (left, right) for left, right in limbs.pairs.tolist()}
-        for part, limb, _ in _ALONE:
-            if limb == limbs.limb and part in at:
-                ends = [name for name in at if part in ("ankle", "wrist") and name not in _INNER] or [part]
-                pairs = np.array([at[name] for name in dict.fromkeys((part, *ends))])
-                ways.append(Kind(f"{part}s exchanged", pairs, limb, price=_ALONE_PRICE))
-    return tuple(ways)
+    return tuple(
+        _kind(f"{part}s exchanged", limb, [part], layout, price=_ALONE_PRICE)
+        for limb, parts in _PARTS.items()
+        for part in parts[1:]
+        if f"l_{part}" in layout
+    )
 
 
 def limbs_on_one(layout: Layout) -> tuple[Kind, ...]:
     """Both legs, or arms, where one is: all their joints but hips and shoulders."""
     return tuple(
-        Kind(f"{way.limb}s both on one", way.pairs[1:], way.limb, exchanged=False) for way in kinds(layout)
+        _kind(f"{limb}s both on one", limb, parts[1:], layout, exchanged=False)
+        for limb, parts in _PARTS.items()
     )
 
 
@@ -214,12 +211,11 @@ def _limbs(clip: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> 
 
 
 def _alone(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
-    """Pairs of joints that are exchanged alone. The two knees lie apart in much the same direction as the two ankles,
-    elbows as wrists."""
-    beside = {f"{part}s exchanged": [f"{side}_{other}" for side in "lr"] for part, _, other in _ALONE}
+    """Pairs of joints that are exchanged alone."""
     swaps: list[Swap] = []
     for way in pairs_alone(layout) if size else ():
-        other = layout.indices(beside[way.name])
+        beside = _BESIDE[way.name.removesuffix("s exchanged")]
+        other = layout.indices([f"{side}_{beside}" for side in "lr"])
         apart = way.vectors(image)[:, 0] * (image[:, other[0]] - image[:, other[1]])
         cue = np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1)
         swaps += _runs(image, times, (way,), np.array([[0], [1]]), np.stack([cue, -cue], axis=1), size)

@@ -208,6 +208,17 @@ def test_rows_that_are_lost_regularly_are_told(joints):
     assert "rows-lost" not in codes(np.repeat(quiet, 4, axis=0))  # repeated, of a video that was slowed
 
 
+def test_rows_that_are_lost_at_once_are_told_where_neither_numbers_nor_times_are(pixels):
+    """Ten of a walk were silent: cadence and step times were off by a tenth."""
+    rows = np.delete(np.arange(len(pixels)), np.s_[60:70])
+    lost, elsewhere = pixels[rows], pixels.copy()
+    elsewhere[60] += 300.0  # one row of somebody else: there and back
+    assert "rows-lost" in codes(lost)
+    assert "rows-lost" not in codes(elsewhere)
+    timed = replace(points(lost), time_s=rows / 30)
+    assert "rows-lost" not in {each.code for each in alterations(timed)}
+
+
 def test_a_joint_that_leaps_at_every_tenth_row_of_a_short_take_loses_none(pixels):
     """Of a real film with OpenPose's keypoints: "at every 10th row the whole body moves further than in one frame"."""
     short = pixels[:95].copy()
