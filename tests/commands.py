@@ -3,11 +3,9 @@
 import contextlib
 import io
 import os
-import runpy
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
 
@@ -18,18 +16,24 @@ APART = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"] 
 
 def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     """pcnet3d("run", ...): exit code and what it said, on 80 columns as where there is no terminal."""
-    return _called(main, ["pcnet3d", *map(str, words)], cwd, environment)
-
-
-def module(
-    name: str, *words: object, cwd: Path | None = None, **environment: str
-) -> subprocess.CompletedProcess[str]:
-    """The same of `python -m pcnet3d.NAME`."""
-
-    def begin() -> None:
-        runpy.run_module(f"pcnet3d.{name}", run_name="__main__", alter_sys=True)
-
-    return _called(begin, [name, *map(str, words)], cwd, environment)
+    argv = ["pcnet3d", *map(str, words)]
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+    terminate, code = signal.getsignal(signal.SIGTERM), 0
+    with (
+        patch.object(sys, "argv", argv),
+        patch.dict(os.environ, {"COLUMNS": "80", **environment}),
+        contextlib.chdir(cwd or "."),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            main()
+        except SystemExit as ended:
+            code = ended.code or 0
+        finally:
+            signal.signal(signal.SIGTERM, terminate)
+    said = (stream.buffer.getvalue().decode() for stream in (out, err))
+    return subprocess.CompletedProcess(argv, int(code), *said)
 
 
 def refused(result: subprocess.CompletedProcess[str], *words: object) -> None:
@@ -50,25 +54,3 @@ def recipe_of(path: Path, *stages: str) -> Path:
     """Writes a recipe of these stages as they are by default."""
     path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages), encoding="utf-8")
     return path
-
-
-def _called(
-    begin: Callable[[], None], argv: list[str], cwd: Path | None, environment: dict[str, str]
-) -> subprocess.CompletedProcess[str]:
-    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
-    terminate, code = signal.getsignal(signal.SIGTERM), 0
-    with (
-        patch.object(sys, "argv", argv),
-        patch.dict(os.environ, {"COLUMNS": "80", **environment}),
-        contextlib.chdir(cwd or "."),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-    ):
-        try:
-            begin()
-        except SystemExit as ended:
-            code = ended.code or 0
-        finally:
-            signal.signal(signal.SIGTERM, terminate)
-    said = (stream.buffer.getvalue().decode() for stream in (out, err))
-    return subprocess.CompletedProcess(argv, int(code), *said)

@@ -1,1 +1,1 @@
-"""What makes and judges the models: training, its material, evaluation, fitted constants, benchmarks."""
+"""What makes and judges the models: training, its material, evaluation, fitted constants."""

@@ -1,7 +1,4 @@
-"""pcnet3d lab train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train".
-
-Where the package is not installed, for example on a machine lent for minutes: python -m pcnet3d.models.lab.train ...
-"""
+"""pcnet3d lab train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train"."""
 
 from __future__ import annotations
 
@@ -13,7 +10,6 @@ import typer
 from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.running.recipe import load_toml
 from .common.config import checked
-from .common.modules import run_command
 
 
 def train(
@@ -44,7 +40,3 @@ def read_config(path: Path) -> tuple[Any, Any]:
     if kind not in trainers:
         raise InputError("bad-value", f"{path}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
     return trainers[kind], checked(content, trainers[kind].TrainConfig, str(path))
-
-
-if __name__ == "__main__":
-    run_command(train)

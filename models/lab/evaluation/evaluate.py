@@ -61,7 +61,6 @@ REPORTS = {
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
     "gait": Report(".gait", _VIRTUAL, runs=True),
     "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
-    "verdicts": Report(".verdicts", _VIRTUAL, runs=True),
     "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}, runs=True),
     "errors": Report(
         ".errors",

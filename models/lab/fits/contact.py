@@ -149,7 +149,7 @@ def learn(output: Path) -> None:
     judged = examples(material("val"), _SEED, "wild")
     said = {name: round(value, 3) for name, value in scores(net, *judged[:2]).items()}
     content: dict[str, Any] = {
-        "made_by": "python -m pcnet3d.models.lab.fits.refit",
+        "made_by": "pcnet3d lab refit",
         "learned_on": f"{len(features):,} frames of feet of CMU and ACCAD train subjects, lifted and as captured",
         "seed": _SEED,
         "validation": said,

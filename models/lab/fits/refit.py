@@ -1,4 +1,4 @@
-"""Fit all that rests on the networks anew:  python -m pcnet3d.models.lab.fits.refit -o DIR
+"""Fit all that rests on the networks anew:  pcnet3d lab refit -o DIR
 
 To be run after a new lifter or rectifier, with the new networks in their places.
 Each step writes its own file into DIR, and puts it in its place in the package, for the next ones rest on it. A step
@@ -11,12 +11,14 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, whole_file, write_json
@@ -26,7 +28,6 @@ from ...gait.contact import CONTACT_FILE
 from ...gait.errors import ERROR_FILE
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.modules import in_own_process, run_command
 from ..evaluation import errors
 from ..evaluation.runs import Question
 from . import contact, gait_errors, joint_noise, visits
@@ -62,7 +63,7 @@ def kit(seed: int, fit: bool, output: Path) -> None:
     errors.tables(Question(seed=seed), errors.FITTED if fit else None, fit, output.parent)
 
 
-def refit(folder: Path, of: Sequence[Step]) -> None:
+def take(folder: Path, of: Sequence[Step]) -> None:
     """Take the steps that are left. InputError for a folder of other networks."""
     networks = {"lifter": load_lifter().method, "rectifier": load_rectifier("pcnet").method}
     said = folder / _NETWORKS
@@ -80,19 +81,14 @@ def refit(folder: Path, of: Sequence[Step]) -> None:
         if not made.exists():
             made.parent.mkdir(parents=True, exist_ok=True)
             # A process of its own: files of the package are read once in each.
-            in_own_process(step.do, made)
+            with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+                pool.submit(step.do, made).result()
         if step.place is not None:
             with whole_file(step.place) as partial_file:
                 shutil.copyfile(made, partial_file)
 
 
-def main(
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the steps' files.")],
-) -> None:
+def refit(output: Annotated[Path, Option("-o", "--output", help="Folder of the steps' files.")]) -> None:
     """Fit all that rests on the networks anew, and judge it."""
     refuse_unwritable(output)
-    refit(output.absolute(), steps())
-
-
-if __name__ == "__main__":
-    run_command(main)
+    take(output.absolute(), steps())

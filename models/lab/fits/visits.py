@@ -215,7 +215,7 @@ def fit(kinds: Kinds) -> dict[str, object]:
     of_ranges = {angle: judge.factor(of, STRANGERS) for angle, of in sorted(by_angle.items())}
     in_place = shipped()["ranges"]
     return {
-        "made_by": "python -m pcnet3d.models.lab.fits.refit",
+        "made_by": "pcnet3d lab refit",
         "lifter": shipped_noise().lifter,
         "freedom": shipped()["freedom"],
         "ranges": {

@@ -19,7 +19,6 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.files.atomic import refuse_unwritable, write_json
-from ....pipeline.files.digest import sha256
 from .clips import Clip, read_mocap, subject_of
 from .convert import How, read_folder, write_mocap
 
@@ -27,7 +26,6 @@ from .convert import How, read_folder, write_mocap
 SPLITS: dict[str, dict[str, list[str]]] = json.loads(
     Path(__file__).with_name("splits.json").read_text(encoding="utf-8")
 )
-_MADE = "data.json"  # digests of what was made
 # Acclaim's "radius" ends 19 cm from the elbow; the wrist markers of CMU's 01_01 are 29 away, and people's wrists 27.
 _FOREARM = 1.38
 # Arena's upper arm is 65 to 90 % of a real one, which is 1.05 forearms long (de Leva 1996).
@@ -140,19 +138,10 @@ def data(
 
 def made(source: Source, folder: Path, output: Path) -> tuple[Clip, ...]:
     """The clips of a source's file, which is written unless it is there. InputError for a folder without recordings,
-    and for a file that is not as it was made."""
-    path, listing = output / f"{source.file}.npz", output / _MADE
-    digests = json.loads(listing.read_text(encoding="utf-8")) if listing.exists() else {}
-    if path.exists():
-        if digests.get(source.file) != sha256(path):
-            raise InputError(
-                "file-damaged",
-                f"Expected {path} as this command made it, but its digest is another one; remove it to make it anew.",
-            )
-        return read_mocap(path)
-    ready = folder / path.name
-    write_mocap(path, list(read_mocap(ready)) if ready.exists() else converted(source, folder))
-    write_json(listing, {**digests, source.file: sha256(path)})
+    and for a damaged file."""
+    path, ready = output / f"{source.file}.npz", folder / f"{source.file}.npz"
+    if not path.exists():
+        write_mocap(path, read_mocap(ready) if ready.exists() else converted(source, folder))
     return read_mocap(path)
 
 

@@ -111,7 +111,7 @@ def test_ends_carry_the_errors_of_the_frames_beyond_them():
 
 
 def test_differences_are_those_of_the_lifter_whose_errors_they_are_shares_of():
-    """After a new lifter `python -m pcnet3d.models.lab.fits.refit` fits them again."""
+    """After a new lifter `pcnet3d lab refit` fits them again."""
     assert shipped()["lifter"] == shipped_noise().lifter
 
 

@@ -5,14 +5,15 @@ import subprocess
 import sys
 import threading
 
+import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import side_camera
-from pcnet3d.examples.walker.files import write_video
+from pcnet3d.examples.walker.files import write_keypoints, write_poses, write_video
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.bench import of_poses
 from pcnet3d.pipeline import run_files
 from pcnet3d.pipeline.core.system import cores, cores_given
+from pcnet3d.pipeline.reading.settings import RunOptions
 
 
 def test_no_more_threads_than_are_given_or_told(monkeypatch):
@@ -102,7 +103,11 @@ def test_the_command_line_limits_opencv_and_leaves_a_users_own_number(tmp_path):
 
 
 def test_threads_run_at_once(tmp_path):
-    options = of_poses(tmp_path, 60)
+    walk, rows, rng = walker(seconds=2), np.arange(60), np.random.default_rng(0)
+    poses, keypoints, camera = tmp_path / "X3D.npy", tmp_path / "alphapose-results.json", side_camera(walk)
+    write_poses(poses, walk, camera, rows, 0.008, rng)
+    write_keypoints(keypoints, walk, camera, rows, 1.0, rng)
+    options = RunOptions(poses=poses, keypoints=keypoints, fps=30, image_size=(camera.width, camera.height))
     failures = []
 
     def run(number):

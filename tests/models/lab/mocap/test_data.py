@@ -37,13 +37,6 @@ def test_the_sample_becomes_a_folder_by_which_a_row_of_the_readme_is_measured(tm
     assert 0 < added["geometric, a take"]["wrist"]["vertical"]["rmse"]["p50"] < 1
 
 
-def test_a_file_that_was_changed_since_is_refused(tmp_path):
-    succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path))
-    with open(tmp_path / "cmu_mocap.npz", "ab") as file:
-        file.write(b"more")
-    refused(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path), "its digest is another one")
-
-
 def test_recordings_are_converted_with_whole_forearms(acclaim, tmp_path):
     """Of CMU only those of people who are in a part."""
     for person in ("07", "150"):
