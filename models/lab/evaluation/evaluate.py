@@ -40,20 +40,17 @@ Row = tuple[tuple[str, ...], dict[str, Any]]
 @dataclass(frozen=True)
 class Report:
     """module: from this folder. takes: the options that it has, besides -o and --device. defaults: of these, where they
-    are not _USUAL. runs: whether it judges whole runs, which the shipped rectifier levels. file: of its page and
-    figures, without an ending."""
+    are not _USUAL. runs: whether it judges whole runs, which the shipped rectifier levels."""
 
     module: str
     takes: tuple[str, ...]
     defaults: dict[str, Any] = field(default_factory=dict)
     runs: bool = False
-    file: str = "evaluation"
 
 
 _VIRTUAL = ("lifter", "seed", "bed", "sets", "because")  # of people before virtual cameras
 _USUAL: dict[str, Any] = {
     "lifter": "pcnet3d", "rectifier": ("geometric", "pcnet"), "seed": 0, "bed": "wild", "sets": "val", "because": "",
-    "seeds": 3,
 }  # fmt: skip
 REPORTS = {
     "takes": Report(".takes", ("rectifier", *_VIRTUAL)),
@@ -61,12 +58,9 @@ REPORTS = {
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
     "gait": Report(".gait", _VIRTUAL, runs=True),
     "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
-    "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}, runs=True),
+    "repetitions": Report(".repetitions", ("lifter", "bed"), {"bed": "typical"}, runs=True),
     "errors": Report(
-        ".errors",
-        ("lifter", "seed", "sets", "because", "part", "fit", "errors"),
-        runs=True,
-        file="stated_errors",
+        ".errors", ("lifter", "seed", "sets", "because", "part", "fit", "errors"), runs=True
     ),
     "real-take": Report(".real_take", ("lifter",), runs=True),
 }  # fmt: skip
@@ -81,7 +75,6 @@ def evaluate(
     because: Annotated[str | None, Option(help="Why test people are looked at; goes to the ledger.")] = None,
     bed: Annotated[Bed | None, Option(help="Cameras: from everywhere, or as people film.")] = None,
     seed: Annotated[int | None, Option(min=0, help="Random seed.")] = None,
-    seeds: Annotated[int | None, Option(min=1, help="repetitions: cameras for each take.")] = None,
     part: Annotated[list[str] | None, Option(help="errors: a configuration alone; repeatable.")] = None,
     fit: Annotated[bool | None, Option("--fit", help="errors: fit them to DIR/joint_noise.json.")] = None,
     errors: Annotated[Path | None, Option(help="errors: of angles, as --fit writes them.")] = None,
@@ -93,8 +86,7 @@ def evaluate(
     """Test lifters, rectifiers and later stages where the truth is known."""
     options = {
         "lifter": lifter, "rectifier": rectifier, "sets": sets, "because": because, "bed": bed, "seed": seed,
-        "seeds": seeds, "part": part, "fit": fit, "errors": errors, "data": data, "split": split,
-        "targets": targets,
+        "part": part, "fit": fit, "errors": errors, "data": data, "split": split, "targets": targets,
     }  # fmt: skip
     asked = _asked(report, {name: value for name, value in options.items() if value is not None})
     of = REPORTS[report]
@@ -121,7 +113,7 @@ def evaluate(
     output.mkdir(parents=True, exist_ok=True)
     if reason:
         note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", results["networks"], reason)
-    publish(output / of.file, report, module.ABOUT, results)
+    publish(output / "evaluation", report, module.ABOUT, results)
 
 
 def publish(file: Path, title: str, about: str, results: dict[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 movements.json names the movements of twenty takes of CMU and ACCAD, train and validation people, with the seconds at
 which each begins and ends, read by eye off curves of the true angles. A movement that is listed
-with nothing is looked for and not there. Judged on the captured joints and on lifted ones, before several cameras each;
+with nothing is looked for and not there. Judged on the captured joints and on lifted ones, before three cameras each;
 the lifter was trained on most of these people, so that its figures here are better than on others, and the rules of
 stages/measures were chosen on these takes.
 """
@@ -24,6 +24,7 @@ from .runs import Configuration, EvaluationSet, Question, finished
 
 LABELS = Path(__file__).with_name("movements.json")
 _NEAR_S = 0.15
+_CAMERAS = 3  # before which each take is lifted
 _SETS: tuple[tuple[Subjects, str], ...] = (("train", "train, seen by the lifter"), ("val", "validation"))
 ABOUT = (
     "A series: one kind of movement of one side in one take; counts: series that were counted right; found, begin, "
@@ -69,9 +70,9 @@ def judge(judged: Judged, labelled: Spans, found: Spans) -> None:
             judged.off_s.append((start - begin, stop - end))
 
 
-def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
-    """{"judged": {poses: {movement: Judged.row}}, "wrong": {"poses, take, movement": "labelled, found"}}. seeds: before
-    how many cameras each take is lifted. InputError where the data is not."""
+def tables(question: Question) -> dict[str, Any]:
+    """{"judged": {poses: {movement: Judged.row}}, "wrong": {"poses, take, movement": "labelled, found"}}.
+    InputError where the data is not."""
     labels: dict[str, dict[str, Spans]] = json.loads(LABELS.read_text(encoding="utf-8"))
     captured = {clip.name for subjects, _ in _SETS for clip in read_clips(subjects)}
     if missing := sorted(set(labels) - captured):
@@ -86,7 +87,7 @@ def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
     results: dict[str, Any] = {**question.heading(), "judged": {}, "wrong": {}}
     for poses, how in kinds.items():
         sets = [EvaluationSet(label, subjects) for subjects, label in _SETS]
-        cameras = [replace(question, seed=seed) for seed in range(seeds if how.lifter else 1)]
+        cameras = [replace(question, seed=seed) for seed in range(_CAMERAS if how.lifter else 1)]
         takes = (
             (asked.seed, judged)
             for asked in cameras

@@ -13,6 +13,7 @@ from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import Array, across, length, picked, unit
+from ..common.config import Share, Size
 from ..mocap.clips import OWN_SKELETON, Clip, person
 from .draw import Draw
 
@@ -36,17 +37,18 @@ _UPPER = [joint not in _LOWER for joint in H36M17.joints]
 STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
 
+# Widths over the sum of all bones, uniform: 2D detectors put hips and shoulders wider than optical capture does.
+_WIDTHS = {"hip": (0.033, 0.075), "shoulder": (0.055, 0.105)}
+
+
 @dataclass(frozen=True)
 class BodyRange:
-    """What proportions are drawn from. Captures of one laboratory share few skeletons, and 2D detectors put hips and
-    shoulders wider than optical capture does."""
+    """What proportions are drawn from, for captures of one laboratory share few skeletons."""
 
-    limbs: float = 0.05  # standard deviation of the logarithm of a factor on the bones' lengths
-    trunk: float = 0.05  # the same
-    hips: tuple[float, float] = (0.033, 0.075)  # hip width over the sum of all bones, uniform
-    shoulders: tuple[float, float] = (0.055, 0.105)
-    unchanged: float = 0.3  # share of windows that keep the captured body
-    mirrored: float = 0.5  # share that is mirrored left to right
+    limbs: Size = 0.05  # standard deviation of the logarithm of a factor on the bones' lengths
+    trunk: Size = 0.05  # the same
+    unchanged: Share = 0.3  # share of windows that keep the captured body
+    mirrored: Share = 0.5  # share that is mirrored left to right
 
 
 def size_m(joints: Array) -> Array:
@@ -99,7 +101,7 @@ def drawn_factors(joints: Tensor, draw: Draw, bodies: BodyRange) -> Tensor:
     for joint, std in (("spine", bodies.trunk), ("thorax", bodies.trunk), ("nose", 0.15), ("head", 0.15)):
         of[joint] = spread(std)
     size = size_m(joints)
-    for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
+    for part, between in _WIDTHS.items():
         width = length(vector(joints, f"r_{part}", f"l_{part}")).mean(-1)
         of[part] = draw.uniform(between, count) * size / width.clamp_min(1e-3)
     of["pelvis"] = torch.ones_like(size)

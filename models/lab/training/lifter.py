@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError
@@ -28,7 +28,7 @@ from ....pipeline.core.layouts import H36M17
 from ...common.metrics import joint_error
 from ...common.vectors import rotate, transpose, unit
 from ...lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
-from ..common.config import Share, Size
+from ..common.config import Share
 from ..common.metrics import scaled
 from ..evaluation.people import by_person
 from ..evaluation.testbed import MIN_FRAMES, see
@@ -227,13 +227,9 @@ _FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
 
 
 @dataclass(frozen=True)
-class Material(MotionRange, Spoilt):
-    """What windows are made of, besides the fields of MotionRange and Spoilt; shares are of the windows."""
+class Material(BodyRange, MotionRange, Spoilt):
+    """What windows are made of, besides the fields of these; shares are of the windows."""
 
-    limbs: Size = 0.05  # of bodies.BodyRange, as the next three
-    trunk: Size = 0.05
-    unchanged: Share = 0.3
-    mirrored: Share = 0.5
     typical: Share = 0.0  # before cameras as people use them, the others before any
     placed: Share = 0.0  # with the person where people are in real videos, and as large (synthetic.places)
     pans: Share = 0.0  # the camera slowly follows the person
@@ -281,8 +277,6 @@ class Windows:
         ) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
         self.share = self.share.to(self.device)
         self.people = proportions(clips).to(self.device)
-        bodies = ("limbs", "trunk", "unchanged", "mirrored")
-        self.bodies = BodyRange(**{name: getattr(material, name) for name in bodies})
         self.noise = Noise(derived=material.derived)
 
     @torch.no_grad()
@@ -292,7 +286,7 @@ class Windows:
         other = bool(draw.share(material.other_rates, 1))
         fps = float(draw.log_uniform(_FPS, 1)) if other else _CAPTURED_FPS
         captured = partial(self._motion, draw, frames, fps)
-        world = varied(captured, count, draw, material, self.bodies, self.people, fps)
+        world = varied(captured, count, draw, material, material, self.people, fps)
         views = TYPICAL, ViewRange(pans=material.pans)
         cameras = place_among(world, draw, *views, material.typical, material.placed)
         joints = cameras.to_camera(world)
@@ -450,14 +444,10 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
     write_onnx(net, path, inputs, (free,), ("joints", "sd", "velocity"), properties, half=True)
 
 
-class Weights(BaseModel):
-    """Of the loss's parts beside the mean distance of joints in metres."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    motion: NonNegativeFloat = 0.5  # error of the joints' motion from frame to frame, metres
-    velocity: NonNegativeFloat = 0.5  # of the stated velocities, metres a frame
-    # Negative log-likelihood of the stated deviations, which teaches them and nothing else.
-    deviation: NonNegativeFloat = 0.005
+# Weights of the loss's parts beside the mean distance of joints in metres:
+MOTION = 0.4  # error of the joints' motion from frame to frame, metres
+VELOCITY = 0.5  # of the stated velocities, metres a frame
+DEVIATION = 0.005  # negative log-likelihood of the stated deviations, which teaches them and nothing else
 
 
 class TrainConfig(Training):
@@ -470,7 +460,6 @@ class TrainConfig(Training):
     single: NonNegativeInt = 0
     lengths: dict[PositiveInt, NonNegativeFloat]  # of windows, in frames: how often (the sum does not matter)
     net: NetConfig
-    weights: Weights = Weights()
     material: Material
 
     @field_validator("lengths")
@@ -503,28 +492,28 @@ def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
         tokens = net.tokens(batch.x)
         with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
             hidden = net.hidden(tokens)
-        return loss(net.answer(hidden, batch.x), batch, config.weights)
+        return loss(net.answer(hidden, batch.x), batch)
 
     fit(state, loss_of, lambda average: judged(average, takes, on), output)
     best = load_weights(LifterNet(config.net), output / "best.pt")
     export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=config.trained_on)
 
 
-def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) -> Tensor:
-    """Mean distance of joints in metres, and what `Weights` says."""
+def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch) -> Tensor:
+    """Mean distance of joints in metres, and what the weights above say."""
     joints, sd, velocity = answer
     error = joints - truth.joints
     total = error.norm(dim=-1).mean()
     if error.shape[1] > 1:
-        total = total + weights.motion * error.diff(dim=1).norm(dim=-1).mean()
-        total = total + weights.velocity * (velocity - truth.velocity).norm(dim=-1).mean()
+        total = total + MOTION * error.diff(dim=1).norm(dim=-1).mean()
+        total = total + VELOCITY * (velocity - truth.velocity).norm(dim=-1).mean()
     square = error.detach()[:, :, 1:] ** 2  # the pelvis is where it is
     across, along = square[..., :2].mean(-1), square[..., 2]
     sd_across, sd_along = sd[:, :, 1:].unbind(-1)
     likelihood = (
         2 * (sd_across.log() + across / (2 * sd_across**2)) + sd_along.log() + along / (2 * sd_along**2)
     )
-    return total + weights.deviation * likelihood.mean()
+    return total + DEVIATION * likelihood.mean()
 
 
 def _shape(config: TrainConfig, step: int) -> tuple[int, int]:

@@ -173,8 +173,7 @@ def fit(
     device = next(state.net.parameters()).device
     parameters = sum(p.numel() for p in state.net.parameters())
     print(f"{parameters:,} parameters, {device}, from step {state.step}", flush=True)
-    begun, start = state.step, time.perf_counter()
-    saved = warm = start
+    saved = start = time.perf_counter()
     losses: list[float] = []
     with open(output / "log.jsonl", "a", encoding="utf-8") as log, counted("train", schedule.steps) as tell:
         for step in range(state.step + 1, schedule.steps + 1):
@@ -188,11 +187,6 @@ def fit(
                 ) from None
             state.step = step
             tell(step)
-            if step == begun + 1:
-                warm = time.perf_counter()
-            elif step == begun + 2:
-                left_h = (schedule.steps - step) * (time.perf_counter() - warm) / 3600
-                print(f"the whole takes about {left_h:.2g} h", flush=True)
             if step % schedule.every == 0 or step == schedule.steps:
                 figures = look(state.average)
                 _refuse_lost(figures["score"], "A figure of the validation", step, output)

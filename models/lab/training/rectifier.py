@@ -68,6 +68,9 @@ _SPREAD = 4.0  # joints over stature lie within about 0.5; the layers want numbe
 _TYPICAL_DEG = 6.0  # where the expected error starts
 
 
+GRAPH_LAYERS, ATTENTION_LAYERS = 3, 2  # the paper's
+
+
 @dataclass(frozen=True)
 class NetConfig:
     """What is built. The defaults are the paper's network; `align` is not in the paper.
@@ -80,8 +83,6 @@ class NetConfig:
 
     width: PositiveInt = 256
     output: PositiveInt = 384
-    graph_layers: PositiveInt = 3
-    attention_layers: PositiveInt = 2
     heads: PositiveInt = 8
     dropout: float = 0.0
     residual: Literal["off", "free"] = "free"
@@ -165,8 +166,8 @@ class Branches(nn.Module):
     def __init__(self, inputs: int, config: NetConfig) -> None:
         super().__init__()
         width = config.width
-        self.graph = GraphBranch(inputs, width, config.graph_layers)
-        self.attention = AttentionBranch(inputs, width, config.attention_layers, config.heads)
+        self.graph = GraphBranch(inputs, width, GRAPH_LAYERS)
+        self.attention = AttentionBranch(inputs, width, ATTENTION_LAYERS, config.heads)
         self.norm_graph, self.norm_attention = nn.LayerNorm(width), nn.LayerNorm(width)
         self.cross = Attention(width, config.heads)
         self.gate = nn.Linear(2 * width, 2)

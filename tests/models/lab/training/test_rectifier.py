@@ -80,7 +80,7 @@ def test_the_answer_is_a_rotation_whatever_the_unit_and_a_missing_joint_holds(co
 def test_the_papers_network_weights_and_recipe():
     paper = NetConfig()
     assert (paper.width, paper.output, paper.residual) == (256, 384, "free")
-    assert (paper.graph_layers, paper.attention_layers, paper.heads, paper.align) == (3, 2, 8, False)
+    assert (module.GRAPH_LAYERS, module.ATTENTION_LAYERS, paper.heads, paper.align) == (3, 2, 8, False)
     assert PCNet(paper)(torch.randn(2, 17, 3), torch.ones(2, 17)).attention.shape == (2, 8, 17, 17)
     assert (module.POSE, module.ROTATION, module.CYCLE, module.PERCEPTUAL) == (1, 1, 0.25, 0.15)
     config = shipped("mmfi")
