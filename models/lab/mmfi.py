@@ -20,8 +20,8 @@ from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
 from . import training
 from .common.config import checked
+from .common.metrics import OfTake
 from .evaluation.evaluate import publish
-from .evaluation.people import OfTake
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
 from .mocap.clips import Clip
 from .mocap.convert import read_folder, write_mocap

@@ -1,15 +1,21 @@
-"""Errors of many frames and takes in a few figures, and those that scale or turn what is judged onto the truth; all
-joints (..., T, 17, 3) relative to the pelvis, in the same axes."""
+"""Errors of many frames, takes and people in a few figures, every person with one weight and every take one within its
+person's; and errors that scale or turn what is judged onto the truth, of joints (..., T, 17, 3) relative to the
+pelvis, in the same axes."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import kabsch, rotate
 from ...common.metrics import joint_error, relative
+
+_DRAWS = 10_000
+_SEED = 0  # of the bootstrap
 
 
 @dataclass(frozen=True)
@@ -27,12 +33,9 @@ class Figure:
             return cls(np.nan, np.nan, np.nan)
         return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
 
-    def __str__(self) -> str:
-        return format(self, ".1f")
-
     def __format__(self, digits: str) -> str:
         """p50 / mean / p95, each with the given format."""
-        return " / ".join(format(value, digits or ".1f") for value in (self.p50, self.mean, self.p95))
+        return " / ".join(format(value, digits) for value in (self.p50, self.mean, self.p95))
 
 
 def person_size(joints: np.ndarray) -> float:
@@ -68,3 +71,67 @@ def sorting(expected: np.ndarray, true: np.ndarray) -> float:
     if not both.any() or np.ptp(expected[both]) == 0:
         return float("nan")
     return float(spearmanr(expected[both], true[both])[0])  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, eq=False)
+class OfTake:
+    """What a report measured of a take of a person: by figure values (N,), such as one a frame."""
+
+    person: str
+    values: Mapping[str, np.ndarray]
+
+    def where(self, use: np.ndarray) -> OfTake:
+        """Those of a mask (N,) alone."""
+        return OfTake(self.person, {name: values[use] for name, values in self.values.items()})
+
+
+def every_value(takes: Sequence[OfTake]) -> dict[str, np.ndarray]:
+    """{figure: (N,)} of all takes."""
+    return {name: np.concatenate([take.values[name] for take in takes]) for name in takes[0].values}
+
+
+def figures(takes: Sequence[OfTake], by_person: Sequence[str]) -> dict[str, Any]:
+    """{figure: Figure over all values of all takes}; under "by person" the `pooled` means of these."""
+    values = every_value(takes)
+    people = np.repeat(
+        [take.person for take in takes], [len(next(iter(take.values.values()))) for take in takes]
+    )
+    return {
+        **{name: Figure.of(of) for name, of in values.items()},
+        "by person": {name: pooled(values[name], people) for name in by_person},
+    }
+
+
+def mean(values: np.ndarray) -> float:
+    """Of values (N,), missing ones left out; NaN without any."""
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def by_person(takes: Iterable[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """{person: (F,)} the mean over each person's takes, given as (person, (F,))."""
+    of: dict[str, list[np.ndarray]] = {}
+    for person, values in takes:
+        of.setdefault(person, []).append(values)
+    return {person: np.array([mean(column) for column in np.stack(rows).T]) for person, rows in of.items()}
+
+
+def pooled(values: np.ndarray, people: Sequence[str] | np.ndarray) -> dict[str, Any]:
+    """{"mean", "low", "high", "said"} of values (N,), missing ones left out, of people (N,) by name: the mean over all
+    values, where it lies in 90 % of draws of as many people, each with all their values, and that in words."""
+    known = np.isfinite(values)
+    _, of = np.unique(np.asarray(people)[known], return_inverse=True)
+    low, high = interval(np.bincount(of, weights=values[known]), np.bincount(of).astype(float))
+    between = f"{low:.1f} to {high:.1f}" if np.isfinite(low) else "one person"
+    said = f"{mean(values):.1f} ({between})" if known.any() else ""
+    return {"mean": mean(values), "low": low, "high": high, "said": said}
+
+
+def interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
+    """The 5th and 95th percentile of the mean over people with these sums and counts (N,) of values, drawn N at a time
+    with replacement (bootstrap); NaN of fewer than two."""
+    if len(sums) < 2:
+        return float("nan"), float("nan")
+    drawn = np.random.default_rng(_SEED).integers(len(sums), size=(_DRAWS, len(sums)))
+    low, high = np.quantile(sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1), (0.05, 0.95))
+    return float(low), float(high)

@@ -25,10 +25,9 @@ from ...gait.events import Stance, Step, contact_times
 from ...gait.gait import Gait, Values, facing_deg, find_gait, time_values
 from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
-from ..common.metrics import Figure
+from ..common.metrics import Figure, mean
 from ..mocap.contact import true_contact
 from .judge import Case, summed
-from .people import mean
 from .runs import Finished, Question, finished
 from .testbed import SeenTake, filtered
 

@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..common.metrics import Figure
-from .people import by_person, interval
+from ..common.metrics import Figure, by_person, interval
 
 COVERED = 0.9  # what "90 %" states
 _BINS = 10

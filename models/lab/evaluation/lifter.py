@@ -16,9 +16,8 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
 from ...common.canonical import R_world_from_body
 from ...common.metrics import joint_error
-from ..common.metrics import procrustes_error, scaled
+from ..common.metrics import OfTake, figures, procrustes_error, scaled
 from ..mocap.clips import subject_of
-from .people import OfTake, figures
 from .runs import Question
 from .testbed import BEDS, LiftedTake, SeenTake
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import numpy as np
+from pydantic import BaseModel
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17, LIMBS
@@ -25,6 +25,7 @@ from ...detector.load import load_detector
 from ...detector.video import detect
 from ...gravity.lines import tangent
 from ...lifter.features import body_rays
+from ..common.config import read_json
 from ..mocap.clips import data_folder, lying
 from .testbed import SeenTake
 
@@ -71,27 +72,26 @@ def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
         yield video, truth
 
 
+class _Camera(BaseModel):
+    up_in_camera: list[float]
+    focal_px: list[float]
+    R_camera_from_world: list[list[float]] | None = None
+    t_m: list[float] | None = None
+
+
+class _Cameras(BaseModel):
+    cameras: dict[str, _Camera]
+
+
 def read_cameras(folder: Path) -> dict[str, dict[str, np.ndarray]]:
     """{camera: what its take's cameras.json says of it}: up_in_camera (3,), against gravity, and focal_px (2,); of a
     take with truth also R_camera_from_world (3, 3), world +Z up, and t_m (3,): x_camera = R x_world + t. InputError
     when the file is missing or says less."""
-    path = folder / "cameras.json"
-    needed = ("up_in_camera", "focal_px")
-    try:
-        listed = json.loads(path.read_text(encoding="utf-8"))["cameras"]
-        return {
-            camera: {
-                key: np.array(said[key], dtype=np.float64)
-                for key in (*needed, "R_camera_from_world", "t_m")
-                if key in needed or key in said
-            }
-            for camera, said in listed.items()
-        }
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            "file-damaged",
-            f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}.",
-        ) from None
+    cameras = read_json(folder / "cameras.json", _Cameras, "the cameras of a real take").cameras
+    return {
+        camera: {key: np.array(value) for key, value in said.model_dump(exclude_none=True).items()}
+        for camera, said in cameras.items()
+    }
 
 
 def read_limbs(folder: Path) -> np.ndarray | None:

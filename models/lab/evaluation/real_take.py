@@ -14,8 +14,7 @@ import numpy as np
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import angle_deg, kabsch, rotate
 from ...common.metrics import joint_error, relative
-from ..common.metrics import scaled
-from .people import mean
+from ..common.metrics import mean, scaled
 from .real_data import BALANCING, STANDING
 from .runs import Finished, Question, finished
 from .statements import of_frames

@@ -19,10 +19,9 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
-from ..common.metrics import procrustes_error, scaled, sorting
+from ..common.metrics import OfTake, every_value, figures, procrustes_error, scaled, sorting
 from ..mocap.clips import Clip, lying, read_mocap, read_parts, subject_of
 from ..synthetic.views import Targets, View, seen, views
-from .people import OfTake, every_value, figures
 from .runs import EvaluationSet, Question
 
 ABOUT = (

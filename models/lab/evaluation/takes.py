@@ -25,9 +25,8 @@ from ...common.metrics import joint_error
 from ...common.spread import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.person import PersonFrames
-from ..common.metrics import Figure
+from ..common.metrics import Figure, OfTake, figures, mean
 from ..mocap.clips import subject_of
-from .people import OfTake, figures, mean
 from .runs import Question
 from .testbed import LiftedTake, SeenTake, accelerations, joints_of, lifted_by, simulated_look
 

@@ -30,7 +30,7 @@ from ....pipeline.core.rotations import is_finite, rotate, unit
 from ....pipeline.files.arrays import write_arrays
 from ....pipeline.files.atomic import refuse_unwritable
 from ....pipeline.reading.settings import OnDevice
-from ....pipeline.signals.filters import CUTOFF_HZ, derivative, lowpass
+from ....pipeline.signals.filters import derivative, lowpass
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...common.spread import stated_spread
@@ -229,9 +229,9 @@ def joints_of(poses: PoseSequence, truth: np.ndarray) -> np.ndarray:
     return scaled(poses.joints.astype(np.float64), truth, "take")
 
 
-def filtered(path: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ) -> np.ndarray:
+def filtered(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """path (T, J, 3) without gaps through the low-pass."""
-    return lowpass(path.reshape(len(path), -1), time_s, cutoff_hz).reshape(path.shape)
+    return lowpass(path.reshape(len(path), -1), time_s).reshape(path.shape)
 
 
 def accelerations(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:

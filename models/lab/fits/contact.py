@@ -20,13 +20,12 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
-from ....pipeline.signals.filters import lowpass
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gait.contact import SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR
 from ...lifter.builtin import lifted
-from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, joints_of, see
+from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, filtered, joints_of, see
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..mocap.contact import true_contact
 
@@ -95,7 +94,7 @@ def floor_speed(joints: np.ndarray, fps: float) -> np.ndarray:
 
 def in_body(level: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """(T, 17, 3) low-passed joints in BODY axes, by the definition of those; level: (T, 17, 3) with +Z up."""
-    smooth = lowpass(level.reshape(len(level), -1), time_s).reshape(level.shape)
+    smooth = filtered(level, time_s)
     return rotate(transpose(R_world_from_body(smooth)), smooth)
 
 

@@ -42,19 +42,11 @@ _BACKWARD = 0.2  # share of knees bent forward at or below which left and right 
 _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1
 
 
-@dataclass(frozen=True)
-class Format:
-    """pattern: of the files. files_are: in words."""
-
-    pattern: str
-    files_are: str
-
-
-FORMATS = {
-    "mmfi": Format(mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
-    "asfamc": Format("*.[aA][mM][cC]", ".amc"),
-    "bvh": Format("*.[bB][vV][hH]", ".bvh"),
-    "joints": Format("*.[nN][pP][zZ]", ".npz"),
+FORMATS = {  # pattern of the files, and that in words
+    "mmfi": (mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
+    "asfamc": ("*.[aA][mM][cC]", ".amc"),
+    "bvh": ("*.[bB][vV][hH]", ".bvh"),
+    "joints": ("*.[nN][pP][zZ]", ".npz"),
 }
 # The first that fits. MM-Fi comes before anything is searched through, for it has millions of files beside the joints;
 # .npz files lie beside other data as well, such as the one that this command writes.
@@ -159,12 +151,12 @@ def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
         if there:
             return next(iter(there.items()))
     wanted = FORMATS if format == "auto" else (format,)
-    kinds = ", ".join(FORMATS[name].files_are for name in wanted)
+    kinds = ", ".join(FORMATS[name][1] for name in wanted)
     raise InputError("nothing-usable", f"Expected motion capture ({kinds}) in {folder}, found none.")
 
 
 def _files(folder: Path, format: str) -> list[Path]:
-    pattern = FORMATS[format].pattern
+    pattern = FORMATS[format][0]
     if folder.is_file():
         return [folder] if folder.match(pattern) else []
     if format == "mmfi":
@@ -266,11 +258,9 @@ def resampled(clip: Clip, fps: float) -> Clip:
     if abs(ratio - round(ratio)) < 1e-3 * ratio and ratio > 0.5:
         return replace(clip, fps=fps, joints=clip.joints[:: round(ratio)])
     at = np.arange(int((len(clip) - 1) / ratio + 1e-6) + 1) * ratio
-    before = np.minimum(at.astype(int), max(len(clip) - 2, 0))
-    share = (at - before)[:, None, None]
-    after = np.minimum(before + 1, len(clip) - 1)
-    joints = (1 - share) * clip.joints[before] + share * clip.joints[after]
-    return replace(clip, fps=fps, joints=joints.astype(np.float32))
+    paths = clip.joints.reshape(len(clip), -1).T
+    joints = np.stack([np.interp(at, np.arange(len(clip)), path) for path in paths], axis=-1)
+    return replace(clip, fps=fps, joints=joints.reshape(-1, *clip.joints.shape[1:]).astype(np.float32))
 
 
 def write_mocap(path: Path, clips: Sequence[Clip]) -> None:

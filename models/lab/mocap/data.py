@@ -66,41 +66,22 @@ def of_tennis(clip: Clip) -> Clip:
 
 @dataclass(frozen=True)
 class Source:
-    """file: in the data folder, without an ending. name, what, address, licence: in words, for who has to fetch it.
-    format: of convert.FORMATS. who: files.How's `subject`. made: what is changed in a clip as it was read."""
+    """file: in the data folder, without an ending. format: of convert.FORMATS. made: what is changed in a clip as it
+    was read. who: convert.How's `subject`. Where it is from, and its licence: docs/training.md."""
 
     file: str
-    name: str
-    what: str
-    address: str
-    licence: str
     format: str
     made: Callable[[Clip], Clip]
     who: str | None = None
 
-    @property
-    def way(self) -> str:
-        return f"{self.name} ({self.licence}): download {self.what} from {self.address}, unpack it"
-
 
 SOURCES = {
-    "cmu": Source(
-        "cmu_mocap", "CMU's motion capture", "all ASF/AMC files", "mocap.cs.cmu.edu",
-        "free for all uses, the data itself not to be resold", "asfamc", with_whole_forearms,
-    ),
-    "accad": Source(
-        "accad_mocap", "ACCAD's Open Motion Project", "the BVH files of Male1, Male2 and Female1",
-        "accad.osu.edu (Motion Lab)", "CC BY 3.0", "bvh", of_accad, r"((?:Male|Female)\d)",
-    ),
-    "tennis": Source(
-        "tennis_mocap", "Tennis-MoCap", "a folder of BVH files for each player",
-        "the authors of LNCS 10125, pp. 309-317", "CC BY-SA 3.0", "bvh", of_tennis,
-    ),
-    "hdm05": Source(
-        "hdm05_subset", "HDM05", "the cut AMC files with their ASF skeletons", "resources.mpi-inf.mpg.de/HDM05",
-        "CC BY-SA 3.0", "asfamc", with_whole_forearms,
-    ),
-}  # fmt: skip
+    "cmu": Source("cmu_mocap", "asfamc", with_whole_forearms),
+    "accad": Source("accad_mocap", "bvh", of_accad, r"((?:Male|Female)\d)"),
+    "tennis": Source("tennis_mocap", "bvh", of_tennis),
+    "hdm05": Source("hdm05_subset", "asfamc", with_whole_forearms),
+}
+_WAY = "docs/training.md says what to download from where"
 
 
 def data(
@@ -112,16 +93,12 @@ def data(
 ) -> None:
     """Make a data folder for training and evaluation from free motion capture that was downloaded.
 
-    A folder that already has a file of the data folder gives that file. What is there is not made again. Without a
-    folder it says what to download from where.
+    A folder that already has a file of the data folder gives that file. What is there is not made again.
     """
     folders = {"cmu": cmu, "accad": accad, "tennis": tennis, "hdm05": hdm05}
     given = {name: folder for name, folder in folders.items() if folder is not None}
     if not given:
-        ways = "; ".join(
-            f"{source.way}, and give its folder with --{name}" for name, source in SOURCES.items()
-        )
-        raise InputError("needs-input", f"Expected a folder of motion capture. {ways}.")
+        raise InputError("needs-input", f"Expected a folder with --{', --'.join(SOURCES)}; {_WAY}.")
     refuse_unwritable(output)
     output.mkdir(parents=True, exist_ok=True)
     for name, folder in given.items():
@@ -130,7 +107,7 @@ def data(
         people, minutes = len({subject_of(clip.name) for clip in clips}), sum(map(len, clips)) / 1800
         print(
             f"{output / source.file}.npz: {how_many(len(clips), 'clip')} of {how_many(people, 'person', 'people')}, "
-            f"{minutes:.1f} min; credit: {source.licence}"
+            f"{minutes:.1f} min"
         )
     write_json(output / "splits.json", splits_of(output))
     print(f"{output / 'splits.json'}: for training and evaluation set PCNET3D_DATA={output}")
@@ -149,7 +126,7 @@ def converted(source: Source, folder: Path) -> list[Clip]:
     """The recordings of a folder as the data folder has them, of people who are in a part. InputError for a folder that
     is not there, and where nothing can be read."""
     if not folder.is_dir():
-        raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
+        raise InputError("cannot-open", f"Expected a folder at {folder}; {_WAY}.")
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
     by_file = people if source.format == "asfamc" else set()

@@ -29,8 +29,7 @@ from ...common.metrics import joint_error
 from ...common.vectors import rotate, transpose, unit
 from ...lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
 from ..common.config import Share
-from ..common.metrics import scaled
-from ..evaluation.people import by_person
+from ..common.metrics import by_person, scaled
 from ..evaluation.testbed import MIN_FRAMES, see
 from ..mocap.clips import Clip, lying, read_clips, read_parts
 from ..synthetic.bodies import CHILDREN, PARENTS, STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
