@@ -138,7 +138,7 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
         ("walking_speed", "speed", "speed", "first", "gait",
          "Distance that the pelvis moves between initial contacts, divided by time. Adults who walk at ease: 1.2 to "
          "1.4 m/s."),
-        ("step_length", "step length", "length", "first", "gait",
+        ("step_length", "step length", "length", "page", "gait",
          "From the other foot's place to this foot's, along the walk."),
         ("stride_length", "stride length", "length", "page", "gait",
          "From a foot's place to its next one, along the walk."),

@@ -129,21 +129,6 @@ def grave(findings: Iterable[Notice]) -> tuple[Notice, ...]:
     return tuple(finding for finding in findings if finding.weight in ("suspicious", "unusable"))
 
 
-def verdict_name(findings: Iterable[Notice]) -> str:
-    """The verdict in words, such as "the poses are good"; of too few to judge by, that they cannot be judged."""
-    findings = tuple(findings)
-    if [finding.code for finding in grave(findings)] == ["too-few-frames"]:
-        return "the poses cannot be judged"
-    return f"the poses are {verdict(findings)}"
-
-
-def verdict_words(findings: Iterable[Notice]) -> str:
-    """The verdict and what it rests on, in a sentence."""
-    findings = tuple(findings)
-    doubts = [finding.text.rstrip(".") for finding in grave(findings)]
-    return f"{verdict_name(findings)}{': ' if doubts else ''}{'; '.join(doubts)}"
-
-
 def listed() -> list[dict[str, str]]:
     """Rows of `pcnet3d list notices`, each with three texts; a value is its name between asterisks."""
     return [

@@ -55,7 +55,7 @@ class _Keypoints(_Sequence):
 
 
 class _Source(BaseModel):
-    """What one source of up says: stages/drawing/facts.py."""
+    """What one source of up says: stages/export/stage.py."""
 
     pitch_deg: float | None = None
     roll_deg: float | None = None

@@ -7,20 +7,16 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
-from ..core.answer import answer
-from ..core.messages import bound_in_words, how_many, is_verbose, say, show
-from ..core.notices import EXIT_CODES, Notice, grave, verdict, verdict_words
+from ..core.messages import how_many, is_verbose, say, show
+from ..core.notices import Notice, grave
 from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
 from ..reading.take import Person
-from ..signals.checks import nobody_upright
+from ..sentences import answer, exit_code, length_of, trusted
 
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result
-_OTHERS = (*_FIRST, "joined-again")  # without them there is one person, whose name says nothing
 _SAID_BEFORE = (*_FIRST, "not-levelled")  # or in the verdict
 _SAID = (
     "note",
@@ -32,21 +28,19 @@ _SAID = (
 def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, within: str = "") -> int:
     """Print what came of each take by its name, how far that can be trusted, what changes a decision, and where the
     files are: in `folder`, of several takes the first's `within` it. Returns the exit code: with `strict` that of the
-    worst take, as `trust` has it, else 0."""
+    worst take, else 0."""
     worst = 0
     for who, take in takes.items():
-        code, trusted = trust(take)
-        if code:
-            trusted += (
-                f" (exit code {code}, as --strict asks)"
-                if strict
-                else f" (--strict makes the exit code {code})"
-            )
+        code = exit_code(take)
+        strictly = (
+            f"Exit code {code}, as --strict asks." if strict else f"--strict makes the exit code {code}."
+        )
         for each in take.notices:
             if each.code in _FIRST:
                 print(f"{who}{each.text}")
-        print(f"{who}{first_line(take)}")
-        print(f"{who}{trusted[:1].upper()}{trusted[1:]}.")
+        print(f"{who}{' '.join([f'{length_of(take)}.', *answer(take)])}")
+        if doubts := " ".join(filter(None, [trusted(take), strictly * bool(code)])):
+            print(f"{who}{doubts}")
         worst = max(worst, code)
     more = _say(takes)
     point_to(folder, within)
@@ -98,44 +92,3 @@ def _say(takes: Mapping[str, Take]) -> int:
     for each in chosen:
         say(each.weight, f"{'' if len(whose[each]) == len(takes) else ''.join(whose[each])}{each.text}")
     return len(whose) - len(chosen)
-
-
-def trust(take: Take) -> tuple[int, str]:
-    """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
-    neither. Its poses are judged as by `pcnet3d inspect`."""
-    judged = take.judged
-    code, parts = EXIT_CODES[verdict(judged)], [] if take.verdict is None else [verdict_words(judged)]
-    if parts and not grave(judged) and take.error_unknown:
-        parts = ["no fault was found in the poses, but how far they are off cannot be judged"]
-    if take.rectified is not None:
-        levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg[take.rectified.turned]
-        code = code if levelled else EXIT_CODES["unusable"]
-        parts.append(f"the take is {'' if levelled else 'not '}levelled")
-        if not levelled:
-            parts[-1] += f": {take.rectified.level_reason}"
-        elif any(each.code == "up-of-unusable" for each in take.notices):
-            parts[-1] += ", the error of up is not known"
-        elif np.isfinite(bound).any():
-            parts[-1] += f", up is known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
-            parts[-1] += " unless the image is turned" if nobody_upright(take.rectified) else ""
-        elif take.rectified.in_world:
-            parts[-1] += ", up comes from the file; its error is not known"
-    return code, "; ".join(parts)
-
-
-def first_line(take: Take) -> str:
-    """What a take shows, in a line: how long it is, how much of the video and of whom, and what moved
-    (pipeline/core/answer.py)."""
-    rows = take.rows
-    if rows is None:
-        return "Nobody was seen."
-    length = how_many(len(rows), "frame")
-    if take.video is not None:
-        first, last = take.video.span
-        if len(rows) < (whole := last + 1 - first):
-            length = f"{len(rows)} of the video's {how_many(whole, 'frame')} ({100 * len(rows) // whole} %)"
-    if any(each.code in _OTHERS for each in take.notices):
-        length += f", of person {rows.person}"
-    if rows.time_s is not None and len(rows) > 1:
-        length = f"{rows.duration_s:.1f} s, {length}"
-    return " ".join([f"{length}.", *answer(take)])

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
-from .facts import listed
 
 RELATIVE = "relative to the camera"
 
@@ -20,7 +21,7 @@ def provenance(
     lines = {"pcnet3d": package_version(), "take": take.name}
     for entry in take.inputs:
         named = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
-        lines[f"input {entry.get('role', '')}"] = listed(named)
+        lines[f"input {entry.get('role', '')}"] = _listed(named)
     lines["axes"] = str(frame or rectified.level.frame)
     lines["length_unit"] = (frame or take.need("poses").frame).unit
     if frame is None and rectified.level.root is not None:
@@ -33,5 +34,10 @@ def provenance(
     for number, warning in enumerate(take.texts("warning"), 1):
         lines[f"warning {number}"] = warning
     for number, step in enumerate(take.history if history is None else history, 1):
-        lines[f"step {number}"] = f"{step.name} ({step.version}) {listed(step.options)}"
+        lines[f"step {number}"] = f"{step.name} ({step.version}) {_listed(step.options)}"
     return {name: " ".join(text.split()) for name, text in lines.items()}
+
+
+def _listed(options: Mapping[str, object]) -> str:
+    """Names and values in a line: "a 1, b 2"."""
+    return ", ".join(f"{key} {value}" for key, value in options.items())

@@ -10,10 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...models.common.metrics import plain
+from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
-from ...pipeline.core.rotations import angle_deg
+from ...pipeline.core.rotations import angle_deg, rotate
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
 from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
@@ -22,7 +23,7 @@ from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.signals.checks import bone_spread
-from ..drawing.facts import Source, facts_of, mean, shared_up
+from ..drawing.facts import mean, shared_up
 from .animation import BoneNames
 from .tables import write_measures, write_parquet, write_strides
 
@@ -203,7 +204,7 @@ def summary(take: Take) -> dict[str, Any]:
             **_up("up_error_deg", up_error_deg, rectified),
             **_up("up_bound_deg", rectified.up_bound_deg, rectified),
             "up_shares": rectified.up_shares,
-            "up_by_source": {name: _told(source) for name, source in facts_of(take).sources.items()},
+            "up_by_source": _up_by_source(take),
             "vote_deviation_deg_mean": mean(angle_deg(rectified.up_votes, shared_up(rectified))),
             "R_source_from_level": rectified.R_source_from_level.tolist(),
             "level_heading": rectified.level_heading,
@@ -220,8 +221,18 @@ def summary(take: Take) -> dict[str, Any]:
     return plain(content)
 
 
-def _told(source: Source) -> dict[str, float]:
-    return {key: value for key, value in asdict(source).items() if value is not None}
+def _up_by_source(take: Take) -> dict[str, dict[str, float]]:
+    """What each source of up says: pitch and roll of the camera by it alone, with their root mean square error; its
+    weight in the take's up, where it was heard; and by how many degrees it moves that."""
+    rectified, to_camera = take.need("rectified"), take.need("poses").frame.basis.T
+    told = {name: {} for name in (*rectified.up_shares, *rectified.up_own, *rectified.up_pulls)}
+    for name, (up, error_deg) in rectified.up_own.items():
+        pitch_deg, roll_deg = pitch_roll_deg(rotate(to_camera, up[None])[0]).tolist()
+        told[name] |= {"pitch_deg": pitch_deg, "roll_deg": roll_deg, "error_deg": error_deg}
+    for key, values in {"share": rectified.up_shares, "pull_deg": rectified.up_pulls}.items():
+        for name, value in values.items():
+            told[name][key] = value
+    return told
 
 
 def _camera(take: Take) -> dict[str, Any] | None:

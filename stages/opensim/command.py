@@ -18,7 +18,7 @@ from ...pipeline.files.atomic import REPORT, add_to_list, whole_folder, write_js
 from ...pipeline.files.digest import sha256
 from ...pipeline.files.finished import read_run
 from ...pipeline.reading.settings import Force
-from ...pipeline.running.conclusion import trust
+from ...pipeline.sentences import trusted
 from ..drawing.page import bullets, with_section
 from ..export.markers import COORDINATES, OPENSIM, markers, write_motion, write_trc
 from .model import Solved, follow, opensim
@@ -73,8 +73,7 @@ def command(
         solved.model.setName(f"{solved.model.getName()}_scaled")
         solved.model.printToXML(str(partial / "scaled.osim"))
         write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved, agreement)))
-    trusted = trust(take)[1]
-    summary = [f"{trusted[:1].upper()}{trusted[1:]}.", *_summary(solved)]
+    summary = [trusted(take), *_summary(solved)]
     if output is None:
         add_to_list(folder, _FOLDER)
         _into_report(folder / REPORT, [f"{model.name} was scaled to the person; files: {_FOLDER}.", *summary])

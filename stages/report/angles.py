@@ -12,10 +12,11 @@ from ...pipeline.core.figures import COMPARED, FIGURES, WITHHELD, label_of
 from ...pipeline.core.measures import Measures, half_bar
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
+from ...pipeline.sentences import spread
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import BAND, SIDES, SLICES, Curve, over_time, sides
-from ..drawing.facts import angle_bands, errors_of_angles
+from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
 
 
@@ -38,15 +39,13 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     ]
     if not angles:
         return Markup("")
-    within = "; the true angle lies within ± in nine of ten cases" if bars else ""
     mdc = "; ± is its MDC90: if both are equal, nine in ten differences lie within it" if bars else ""
     unknown = "the error is not known"
     doubtful = f"the difference lies within ±, {unknown}" if bars else unknown
     return (
         small(
-            f"From the 5th to the 95th percentile of all frames, in degrees{within}. Difference: right minus left "
-            f"range, divided by their mean{mdc}. Grey: {doubtful}, or some values are beyond what a joint reaches. "
-            f"{errors_of_angles(errors)}"
+            f"From the 5th to the 95th percentile of all frames, in degrees. Difference: right minus left "
+            f"range, divided by their mean{mdc}. Grey: {doubtful}, or some values are beyond what a joint reaches."
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + Markup("").join(map(small, _without_range(ranges_of)))
@@ -69,9 +68,7 @@ def range_words(of: Measures) -> Cell:
     low, high = (of.figure(name) for name in ("p05", "p95"))
     if low is None or high is None:
         return None
-    bars = [end.bar for end in (low, high) if end.bar is not None]
-    ends = f"{low.value:z.0f} to {high.value:z.0f}".replace(" ", "\u00a0")
-    words = f"{ends} ±\u00a0{max(bars):.0f}" if bars else ends
+    words = spread([low, high], unit=False).replace(" ", "\u00a0").replace("\u00a0±", " ±")
     return Soft(words) if of.value("beyond_anatomy_frames") else words
 
 
@@ -170,7 +167,7 @@ def _thinned(take: Take) -> str:
 def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
     """In how many frames each angle is known and how well (medians), and why the others have none. columns: (T,) of the
     take's kinematics."""
-    rows: list[list[str | float | None]] = []
+    rows: list[list[Cell]] = []
     used: set[int] = set()
     for name in ALL_ANGLES:
         values = columns.get(f"{name}_deg")

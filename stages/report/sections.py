@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, SUMMARY
-from ..drawing.facts import Facts
+from ...pipeline.sentences import camera_motion, camera_words, length_of, up_rests_on, up_words
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
 from ..drawing.provenance import provenance
 
@@ -31,27 +31,18 @@ _FILES = {
 }
 
 
-def session_words(take: Take, facts: Facts) -> Markup:
-    """Whom and what the page is about, under its title: person and date, if given, the take's name and its length."""
-    poses, several = take.need("poses"), len(take.need("poses")) > 1
+def session_words(take: Take) -> Markup:
+    """Whom and what the page is about, under its title: person and date, if given, the take's name, its length and the
+    camera."""
+    motion = camera_motion(take) if len(take.need("poses")) > 1 else ""
     parts = [
         f"Person {take.session.person_id}" if take.session.person_id else "",
         take.session.date,
         take.name if take.name != take.title else "",
-        _frames(take) + f", {poses.duration_s:.1f} s{rate_in_words(poses.fps, ' at ')}" * several,
-        f"camera {facts.camera_motion}" if facts.camera_motion and several else "",
+        length_of(take),
+        f"camera {motion}" if motion else "",
     ]
     return small(" · ".join(part for part in parts if part))
-
-
-def _frames(take: Take) -> str:
-    """How many frames the page is about; if the person was followed only in a part of the video, of how many."""
-    poses, video = take.need("poses"), take.video
-    if video is None or len(poses) >= (looked_at := video.span[1] + 1 - video.span[0]):
-        return how_many(len(poses), "frame")
-    part, (first_s, last_s) = "this part of " * (looked_at < len(video.time_s)), poses.times[[0, -1]]
-    whom = f"person {poses.person}, from {first_s:.1f} to {last_s:.1f} s"
-    return f"{len(poses)} of the {looked_at} frames of {part}the video ({whom})"
 
 
 def files_beside(names: Sequence[str]) -> Markup:
@@ -70,19 +61,23 @@ def repairs_of(take: Take) -> Markup:
     return details(f"{how_many(len(repairs), 'repair')} made", bullets(_most(repairs)))
 
 
-def gravity_words(facts: Facts) -> Markup:
+def gravity_words(take: Take) -> Markup:
     """How the camera stands and what up rests on."""
-    if facts.up_of_world:
-        return small(facts.up_words)
-    relative = "; front and right are relative to it" if facts.rectified.camera == "moving" else ""
-    error = facts.error_deg
-    faces = f"The direction that the body faces is off by less than {bound_in_words(error)}° in half of the frames."
+    rectified = take.need("rectified")
+    if rectified.in_world:
+        return small(up_words(take))
+    relative = "; front and right are relative to it" if rectified.camera == "moving" else ""
     lines = [
-        f"The camera {facts.camera_words}{relative}.",
-        f"Up: {facts.up_words} {facts.rests_words}".rstrip(),
-        _HEADINGS.get(facts.rectified.level_heading, "Front and right are the person's own."),
-        *([faces] if np.isfinite(error) and not facts.up_of_unusable else []),
+        f"The camera {camera_words(take)}{relative}.",
+        f"{up_words(take)} {up_rests_on(rectified)}".rstrip(),
+        _HEADINGS.get(rectified.level_heading, "Front and right are the person's own."),
     ]
+    error = rectified.error_deg[rectified.level_ok & np.isfinite(rectified.error_deg)]
+    if len(error) and not any(each.code == "up-of-unusable" for each in take.notices):
+        within = bound_in_words(float(np.median(error)))
+        lines.append(
+            f"The direction that the body faces is off by less than {within}° in half of the frames."
+        )
     return bullets(lines)
 
 

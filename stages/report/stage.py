@@ -9,16 +9,14 @@ from typing import ClassVar
 
 from markupsafe import Markup
 
-from ...pipeline.core.answer import answer as answered
-from ...pipeline.core.answer import headlines
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.figures import OF_LENGTH
 from ...pipeline.core.measures import Measure
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
-from ..drawing.facts import Facts, facts_of
+from ...pipeline.sentences import NINE_IN_TEN, headlines
+from ...pipeline.sentences import answer as answered
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import Tile, answer, charts, figure, page, picture, small, tiles
 from .angles import angle_charts, ranges, sides_compared
@@ -28,12 +26,7 @@ from .player import skeleton_player
 from .sections import files_beside, gravity_words, provenance_of, repairs_of, session_words
 from .trust import trust
 
-# The one meaning of 90 %.
-_ERRORS = (
-    'On this page ±, "within" and 90 % mean the same: the true value lies in that range in nine of ten cases.'
-)
-_UNKNOWN = "Where an angle, time, length or speed has no ±, its error is not known."
-_NO_METRES = "Lengths and speeds are not in metres: give the person's height, --stature 1.75."
+_UNKNOWN = "Where an angle has no ±, its error is not known."
 
 
 @dataclass(frozen=True)
@@ -66,19 +59,19 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     """
     if take.poses is None or take.rectified is None:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
-    facts, measures = facts_of(take), take.figures
+    measures = take.figures
     give_memory_back()
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
-    head = session_words(take, facts) + answer(answered(take, sides_compared(measures)) or withheld)
-    head += tiles(Tile(each.label, each.value, large=True) for each in headlines(take)) + _first_notes(take)
-    head += skeleton_player(take) + trust(take, facts) + repairs_of(take)
+    head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
+    head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
+    head += skeleton_player(take) + trust(take) + repairs_of(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
         ("Key frames", _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("Movements", happened(measures, take.poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
-        ("Which way is up", _gravity(take, facts)),
+        ("Which way is up", _gravity(take)),
         ("Files beside this page", files_beside(files)),
         ("Input and steps", provenance_of(take)),
     ]
@@ -87,13 +80,9 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
 
 def _first_notes(take: Take) -> Markup:
     """What the figures of the first screen need beside them."""
-    rows = [row for row in take.figures if isinstance(row, Measure)]
-    stated = any(row.error is not None for row in rows)
-    of_length = not take.need("poses").frame.metric and any(
-        row.unit in OF_LENGTH and row.about.audience != "files" for row in rows
-    )
-    missing = any(each.error_missing for each in headlines(take))
-    notes = [_ERRORS] * stated + [_UNKNOWN] * missing + [_NO_METRES] * of_length
+    stated = [row.error is not None for row in take.figures if isinstance(row, Measure)]
+    notes = [NINE_IN_TEN] * any(stated) + [_UNKNOWN] * (not all("±" in words for _, words in headlines(take)))
+    notes += [each.text for each in take.notices if each.code == "no-scale" and not each.warns]
     return small(" ".join(notes)) if notes else Markup("")
 
 
@@ -108,8 +97,8 @@ def _key_frames(take: Take) -> Markup:
     return small(words) + charts(figures) if figures else Markup("")
 
 
-def _gravity(take: Take, facts: Facts) -> Markup:
-    return gravity_words(facts) + charts(_lines(take))
+def _gravity(take: Take) -> Markup:
+    return gravity_words(take) + charts(_lines(take))
 
 
 def _lines(take: Take) -> Iterator[Markup]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from markupsafe import Markup
 
@@ -11,15 +9,15 @@ from ...models.common.residuals import limb_scores
 from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.messages import spans_in_words
-from ...pipeline.core.notices import Notice, grave, verdict_name
+from ...pipeline.core.notices import grave
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
+from ...pipeline.sentences import ERRORS_OF_ANGLES, poses_are, up_bound, up_rests_on, up_words
 from ...pipeline.signals.angles import ANGLES
-from ...pipeline.signals.checks import moves
+from ...pipeline.signals.checks import moves, nobody_upright
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
-from ..drawing.facts import ERRORS_OF_ANGLES, Facts
 from ..drawing.page import Level, gauge
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
@@ -32,11 +30,11 @@ _WHOLE = 0.05  # share of the joints that may be missing "except for moments": o
 # Share of the frames in which one joint may: hands and elbows are missing in up to 12 % of walks, a foot that left the
 # image in 22 %.
 _ONE = 0.15
-_MOSTLY = 0.5  # share of the frames that have all joints
 _MOST = 5  # stretches that are told
 _LIMBS = {f"{side[0]}_{limb}": f"{side} {limb}" for side in ("right", "left") for limb in ("leg", "arm")}
 # Notices that leave the rate open, but for what a user says against the file.
 _AGAINST_RATE = frozenset(("slow-motion-stated", "clocks-contradict", "rate-against-movement"))
+_WITHHELD = "figures-withheld"  # is what the page begins with
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
@@ -45,13 +43,15 @@ _TO_GRAVITY = "trunk lean, angles of thigh, shank and upper arm to the vertical,
 Check = tuple[str, Level, list[str]]
 
 
-def trust(take: Take, facts: Facts) -> Markup:
+def trust(take: Take) -> Markup:
     """How far to trust the take: as far as its worst check allows."""
     checks = _poses(take)
     if take.verdict != "unusable":  # what else is known of such poses was never compared with a truth
         told = {text for _, _, texts in checks for text in texts}
-        checks += [_up(facts), *_angles(take), _sides(take, told), _view(take)]
-    checks += _others(take, {text for _, _, texts in checks for text in texts})
+        checks += [_up(take), *_angles(take), _sides(take, told), _view(take)]
+    told = {_WITHHELD, *(text for _, _, texts in checks for text in texts)}
+    if others := [each.text for each in take.notices if each.warns and not {each.code, each.text} & told]:
+        checks.append(("Also", "care", others))
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     without_errors = take.angle_errors == "none"
     verdict, reason = "Usable.", "The figures hold within their errors."
@@ -61,7 +61,7 @@ def trust(take: Take, facts: Facts) -> Markup:
     elif take.verdict == "suspicious":
         verdict = "Check."
         reason = f"Some figures may be off{'' if without_errors else ' by more than their errors'}."
-    elif _against_rate(take.said):
+    elif any(each.code in _AGAINST_RATE for each in take.said):
         reason = "Times and speeds hold only if the frame rate is right."
     elif without_errors:
         reason = "The errors of the angles are not known."
@@ -73,17 +73,6 @@ def trust(take: Take, facts: Facts) -> Markup:
     return gauge(level, verdict, " ".join(filter(None, [reason, look])), checks)
 
 
-def _others(take: Take, texts_so_far: set[str]) -> list[Check]:
-    """Warnings that no other check has told."""
-    texts = [each.text for each in take.notices if each.warns and each.text not in texts_so_far]
-    return [("Also", "care", texts)] if texts else []
-
-
-def _against_rate(notices: Iterable[Notice]) -> list[Notice]:
-    """Those by which the frame rate may be wrong, and with it all times and speeds."""
-    return [each for each in notices if each.code in _AGAINST_RATE]
-
-
 def _poses(take: Take) -> list[Check]:
     if take.verdict is None:
         return []
@@ -93,15 +82,9 @@ def _poses(take: Take) -> list[Check]:
     if level == "good" and poses.duration_s < _SHOWS_FAULTS_S:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
-    doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
-    if against := [each.text for each in _against_rate(take.notices) if each.weight == "warning"]:
-        level = "care" if level == "good" else level
-        doubts += against
-    name = verdict_name(take.judged).capitalize()
-    if level == "good" and take.error_unknown:
-        name, level = "How far the poses are off cannot be judged", "care"
-    elif level == "good" and _whole(poses).mean() < _MOSTLY:
-        name, level = "What was seen of the poses is good", "care"
+    name = poses_are(take)
+    if not graver and name != "The poses are good":
+        level = "care"
     return [(name, level, doubts)]
 
 
@@ -117,23 +100,21 @@ def _undoubted(poses: PoseSequence) -> str:
     return f"The body has steady bones{' and moves as people do' * moves(poses)}."
 
 
-def _up(facts: Facts) -> Check:
-    if not facts.rectified.level_ok:
-        not_levelled = f"The take could not be levelled: {facts.rectified.level_reason}."
-        return "Which way is up", "bad", [not_levelled, f"Do not believe {_TO_GRAVITY}."]
-    if facts.up_of_world:
-        weight = "care" if facts.up_bound_deg is None else "good"
-        return "Which way is up", weight, [facts.up_words]
-    up_words, rests = facts.up_words, f" {facts.rests_words}".rstrip()
-    if facts.bound_words is None:
-        return "Which way is up", "care", [f"{up_words} So {_TO_GRAVITY} are uncertain."]
-    if facts.nobody_upright:
-        return "Which way is up", "care", [f"{up_words} {facts.nobody_upright.text}{rests}"]
-    if max(facts.up_bound_deg or (0.0,)) <= _WELL:
-        return "Which way is up", "good", [up_words + rests]
-    tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
-    others = "angles between segments, such as the knee's, do not depend on up"
-    return "Which way is up", "care", [f"{up_words} {tilted}; {others}.{rests}"]
+def _up(take: Take) -> Check:
+    rectified, name, texts = take.need("rectified"), "Which way is up", [up_words(take)]
+    bound = up_bound(rectified)
+    if not rectified.level_ok:
+        return name, "bad", [*texts, f"Do not believe {_TO_GRAVITY}."]
+    if rectified.in_world:
+        return name, "care" if bound is None else "good", texts
+    if bound is None:
+        return name, "care", [f"{texts[0]} So {_TO_GRAVITY} are uncertain."]
+    if turned := nobody_upright(rectified):
+        texts.append(turned.text)
+    elif bound[1] > _WELL:
+        tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
+        texts.append(f"{tilted}; angles between segments, such as the knee's, do not depend on up.")
+    return name, "care" if texts[1:] else "good", [*texts, up_rests_on(rectified)]
 
 
 def _angles(take: Take) -> list[Check]:
@@ -148,16 +129,10 @@ def _angles(take: Take) -> list[Check]:
     least, most = (f"{SD_90 * of(usual_sds):.0f}" for of in (min, max))
     each = least if least == most else f"{least} to {most}"
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
-    words = f"Mostly known to within {each}° (90 %), depending on the angle{how}."
-    if within <= _TOLD:
-        return [("Joint angles", "good", [words, *basis])]
-    return [
-        (
-            "Joint angles",
-            "care",
-            [f"{words} Smaller movements and smaller differences between sides cannot be detected.", *basis],
-        )
-    ]
+    texts = [f"Mostly known to within {each}° (90 %), depending on the angle{how}."]
+    if within > _TOLD:
+        texts.append("Smaller movements and smaller differences between sides cannot be detected.")
+    return [("Joint angles", "care" if texts[1:] else "good", [*texts, *basis])]
 
 
 def _sides(take: Take, told: set[str]) -> Check:
@@ -191,9 +166,8 @@ def _view(take: Take) -> Check:
     poses = take.need("poses").without_feet
     gone = np.isnan(poses.joints).any(axis=-1).mean(axis=0)
     missing, worst = float(gone.mean()), int(gone.argmax())
-    sentence = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""
-    sentence += _missing(take)
     level: Level = "good" if missing < _WHOLE and gone[worst] < _ONE else "care"
+    sentence = _missing(take, missing)
     if missing < _WHOLE and level == "care":
         joint = label_of(poses.layout.joints[worst])
         sentence += f" The {joint} is missing in {100 * gone[worst]:.0f} % of the frames."
@@ -210,24 +184,17 @@ def _view(take: Take) -> Check:
         )
     if texts:
         return "In view", "care", [*texts, sentence]
-    if take.keypoints is None:
-        sentence += " Without 2D keypoints the page cannot say more."
-    elif level == "good":
-        in_sight = (
-            "both arms and legs were seen, except for moments"
-            if missing
-            else "no limb was out of sight for long"
-        )
-        sentence = f"By the detector's scores {in_sight}. {sentence}"
+    if level == "good" and take.keypoints is not None:
+        sentence = f"By the detector's scores no limb was out of sight for long. {sentence}"
     return "In view", level, [sentence]
 
 
-def _missing(take: Take) -> str:
-    """When joints are missing, in a sentence."""
+def _missing(take: Take, share: float) -> str:
+    """How many joints are missing and when, in a sentence. share: of the joints, in all frames."""
     poses = take.need("poses")
     gone = ~_whole(poses)
     if not gone.any():
         filled = any(each.code == "gaps-filled" for each in take.notices)
-        return f"Every frame has all joints{', some of them interpolated' if filled else ''}."
+        return f"Every frame has all joints{', some of them interpolated' * filled}."
     spans = poses.times[stretches(gone) - np.array([0, 1])].tolist()
-    return f"Some joints are missing from {spans_in_words(spans, _MOST)}."
+    return f"{100 * share:.2g} % of the joints are missing, from {spans_in_words(spans, _MOST)}."

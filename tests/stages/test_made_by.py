@@ -16,9 +16,8 @@ from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
-from pcnet3d.pipeline.running.conclusion import trust
+from pcnet3d.pipeline.sentences import ERRORS_OF_ANGLES, trusted
 from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
-from pcnet3d.stages.drawing.facts import errors_of_angles, facts_of
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.measures.stage import Measures
@@ -53,9 +52,8 @@ def test_the_up_of_an_estimators_world_is_told_and_its_error_not_known(walk, mad
     """A world that leaned by 8 degrees was "known to within 0.0 degrees"."""
     take = STAGES(Take("gem", poses=walk.poses.with_(made_by=made_by)))
     assert np.isnan(take.rectified.up_bound_deg).all()
-    assert "error is not known" in trust(take)[1]
-    assert "0.0 degrees" not in trust(take)[1]
-    assert "error is not known" in facts_of(take).up_of_world
+    assert "error is not known" in trusted(take)
+    assert "0.0°" not in trusted(take)
     assert errors_unknown(take.poses)
     assert errors_unknown(take.poses) in take.notices
     assert "knows its own up" not in report(take)
@@ -77,10 +75,10 @@ def test_only_poses_of_a_judged_lifter_have_its_errors(seen):
     assert stated(own)
     assert not of_errors(own)
     assert own.angle_errors == "judged"
-    assert errors_of_angles("judged") in report(own)
+    assert ERRORS_OF_ANGLES["judged"] in report(own)
     assert not stated(other)
     assert other.angle_errors == "none"
-    assert errors_of_angles("none") in report(other)
+    assert "errors of the angles are not known" in report(other)
     assert of_errors(other) == {"angle-errors-unknown"}
     assert of_errors(done(MadeBy())) == {"angle-errors-unknown"}
     measured = done(seen.made_by)
@@ -95,7 +93,7 @@ def test_with_the_keypoints_another_lifters_angles_have_errors_by_disagreement(s
     told = Told(image_size=(camera.width, camera.height), focal_px=camera.focal_px)
     straight = STAGES(Take("take", poses=seen, keypoints=keypoints, told=told))
     assert straight.angle_errors == "disagreement"
-    assert errors_of_angles("disagreement") in report(straight)
+    assert ERRORS_OF_ANGLES["disagreement"] in report(straight)
     assert summary(straight)["angle_errors"] == "disagreement"
     bent = seen.joints.copy()
     knee, ankle = (H36M17.index(f"r_{joint}") for joint in ("knee", "ankle"))

@@ -22,8 +22,9 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
+from ....pipeline.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
 from ....pipeline.signals.checks import bone_spread
-from ...drawing.facts import ERRORS_OF_ANGLES, mean
+from ...drawing.facts import mean
 from ...drawing.page import Cell, Link, Number, answer, box, heading, joined, page, small, table
 from .manifest import LABELS
 
@@ -249,7 +250,7 @@ def _figure_tables(rows: Sequence[Row]) -> Markup:
         for (group, side), columns in groups.items()
     ]
     about = (
-        "Ranges are from the 5th to the 95th percentile of the frames; the truth lies within ± in nine of ten cases. "
+        f"Ranges are from the 5th to the 95th percentile of the frames. {NINE_IN_TEN} "
         "study.csv and study.parquet have all figures."
     )
     return small(about) + joined(tables) if tables else Markup("")

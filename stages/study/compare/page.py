@@ -10,17 +10,14 @@ from markupsafe import Markup
 from ....pipeline.core.figures import label_of
 from ....pipeline.core.measures import SD_90, with_bar
 from ....pipeline.core.pose import package_version
+from ....pipeline.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
-from ...drawing.facts import errors_of_angles
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from .changes import Change, signed
 from .comparison import Comparison, Pair, conclusion, shift_in_words
 
-_ERRORS = (
-    'On this page ±, "within the errors" and 90 % mean the same: the true value lies in that range in nine of ten '
-    "cases. Of the figures that are said to differ, at most one in ten does so by chance (Benjamini & Hochberg 1995)."
-)
+_CHANCE = "Of the figures that are said to differ, at most one in ten does so by chance (Benjamini & Hochberg 1995)."
 _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
 
@@ -40,12 +37,12 @@ def as_page(comparison: Comparison) -> str:
     by_errors: dict[str, list[str]] = {}
     for side in sides:
         if side.run and side.run.angle_errors:
-            by_errors.setdefault(errors_of_angles(side.run.angle_errors), []).append(side.name)
-    errors = [f"{' and '.join(names)}: {sentence}" for sentence, names in by_errors.items()]
+            by_errors.setdefault(ERRORS_OF_ANGLES[side.run.angle_errors], []).append(side.name)
+    errors = [f"Errors of the angles of {' and '.join(names)}: {how}." for how, names in by_errors.items()]
     head = (
         small(" · ".join(about))
         + answer([f"{line[:1].upper()}{line[1:]}." for pair in comparison.pairs for line in conclusion(pair)])
-        + small(" ".join([_ERRORS, *errors]))
+        + small(" ".join([NINE_IN_TEN, _CHANCE, *errors]))
         + box("Warnings", [each.text for each in comparison.notices], "warning")
     )
     return page(" and ".join(side.name for side in sides), head, sections)

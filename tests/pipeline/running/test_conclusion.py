@@ -16,9 +16,9 @@ from pcnet3d.pipeline.core.messages import set_detail
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.running.conclusion import conclude, first_line, point_to, trust
+from pcnet3d.pipeline.running.conclusion import conclude, point_to
+from pcnet3d.pipeline.sentences import exit_code, length_of, trusted
 from pcnet3d.stages import rectify
-from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.rectify import Rectify
 
@@ -35,8 +35,8 @@ def test_the_result_then_trust_then_the_files(take, tmp_path, capsys):
         (tmp_path / name).touch()
     point_to(tmp_path)
     what, trusted, bare, files = capsys.readouterr().out.splitlines()
-    assert what == f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames."
-    assert trusted.startswith("The poses are good; the take is levelled, up is known to within")
+    assert what == f"{len(take.poses)} frames, {take.poses.times[-1]:.1f} s at 30 a second."
+    assert trusted.startswith("The poses are good. Up is known to within")
     assert bare == f"results in {tmp_path}"
     opened = (f"open {tmp_path / 'report.html'}", f"the recording: pcnet3d view {tmp_path}")
     assert files == f"results in {tmp_path}: {'; '.join(opened)}"
@@ -101,8 +101,8 @@ def test_a_fault_that_is_in_the_verdict_is_no_warning_too(said, take, tmp_path, 
 
 def test_a_photograph_has_no_length_and_is_not_suspicious(take):
     photo = take.with_(poses=take.poses.rows(0, 1), findings=(notice("too-few-frames"),))
-    assert first_line(photo).startswith("1 frame.")
-    assert trust(photo)[1].startswith("the poses cannot be judged: ")
+    assert length_of(photo) == "1 frame"
+    assert trusted(photo).startswith("The poses cannot be judged: ")
 
 
 def test_what_is_said_of_everybody_is_said_once(said):
@@ -123,8 +123,7 @@ def test_who_was_visible_and_left_out_comes_first(said):
 )
 def test_a_bound_is_said_with_the_same_digits_everywhere(take, bound, words):
     known = take.with_(rectified=replace(take.rectified, up_bound_deg=np.full(len(take.poses), bound)))
-    assert trust(known)[1].endswith(f"up is known to within {words} degrees")
-    assert facts_of(known).bound_words == words
+    assert trusted(known).endswith(f"Up is known to within {words}° (90 %).")
 
 
 @pytest.mark.parametrize(("gravity", "known"), [(None, False), ((0, 1, 0), True)])
@@ -136,8 +135,7 @@ def test_of_unusable_poses_up_is_not_known_by_the_poses(take, gravity, known):
     judged = Rectify("geometric")(unusable)
     assert np.isfinite(judged.rectified.up_bound_deg).all() == known
     assert ("up-of-unusable" in [said.code for said in judged.said]) is not known
-    assert ("is known to within" in trust(judged)[1]) is known
-    assert ("Known to within" in facts_of(judged).up_words) is known
+    assert ("is known to within" in trusted(judged)) is known
     written = summary(judged)["rectification"]
     assert (written["up_error_deg"] is None, written["up_bound_deg"] is None) == (not known, not known)
 
@@ -145,10 +143,10 @@ def test_of_unusable_poses_up_is_not_known_by_the_poses(take, gravity, known):
 def test_up_of_a_take_in_which_nobody_stands_is_known_unless_the_picture_is_turned(take):
     level = take.rectified.level
     laid = replace(take.rectified, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert trust(take.with_(rectified=laid))[1].endswith(" degrees unless the image is turned")
-    assert "turned" not in trust(take)[1]
+    assert trusted(take.with_(rectified=laid)).endswith(", unless the image is turned.")
+    assert "turned" not in trusted(take)
     known = replace(laid, source=Z_UP, camera=None)
-    assert "turned" not in trust(take.with_(rectified=known))[1]
+    assert "turned" not in trusted(take.with_(rectified=known))
 
 
 def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
@@ -156,8 +154,9 @@ def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
     frames = len(take.poses)
     whole = Video(Path("film.mp4"), 320, 240, np.arange(2 * frames) / 30, "h264")
     part = take.with_(video=whole).saying(notice("lost-and-found", person="0", again="2", frames=frames))
-    assert f"{frames} of the video's {2 * frames} frames (50 %), of person 0. " in f"{first_line(part)} "
-    assert "video" not in first_line(take.with_(video=replace(whole, part=(0, frames - 1))))
+    assert f"{frames} of the {2 * frames} frames of the video (50 %)" in length_of(part)
+    assert length_of(part).endswith(", person 0")
+    assert "video" not in length_of(take.with_(video=replace(whole, part=(0, frames - 1))))
 
 
 @pytest.mark.parametrize(
@@ -171,8 +170,10 @@ def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
 def test_poses_whose_error_nothing_tells_are_not_called_good(take, kind, basis, judged):
     """A foreign lifter's take that was off by 146 mm was good."""
     poses = take.poses.with_(made_by=MadeBy(kind, "somebody"))
-    code, words = trust(take.with_(poses=poses, angle_errors=basis))
-    assert (code, "the poses are good" in words, "cannot be judged" in words) == (0, judged, not judged)
+    take = take.with_(poses=poses, angle_errors=basis)
+    assert exit_code(take) == 0
+    words = trusted(take)
+    assert ("The poses are good" in words, "cannot be judged" in words) == (judged, not judged)
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +208,7 @@ def run(joints, tmp_path):
         given = ["--poses", tmp_path / "poses.npy", "--adapter", "videopose3d", "--fps", 30, "-o", out]
         done = pcnet3d("run", *given, f"--recipe={recipe}", *words)
         assert out.is_dir(), done.stderr
-        return done.returncode, done.stdout.splitlines()[1].removesuffix("."), out
+        return done.returncode, done.stdout.splitlines()[1], out
 
     return call
 
@@ -220,11 +221,11 @@ def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, chang
     assert ended == code
     if change in ("none", "repeated", "flat"):  # whose faults are in the file, where inspect sees them
         assert pcnet3d("inspect", tmp_path / "poses.npy", "--adapter", "videopose3d").returncode == code
-    assert code == 0 or last.endswith(f"(exit code {code}, as --strict asks)")
+    assert code == 0 or last.endswith(f"Exit code {code}, as --strict asks.")
     files = sorted(path.name for path in out.iterdir())
     ended, last, out = run(change, "--set=read.handedness=ignore")
     assert ended == 0
-    assert code == 0 or last.endswith(f"(--strict makes the exit code {code})")
+    assert code == 0 or last.endswith(f"--strict makes the exit code {code}.")
     assert sorted(path.name for path in out.iterdir()) == files  # the results are there in any case
     level_ok = json.loads((out / "summary.json").read_text())["rectification"]["level_ok"]
     assert level_ok == (change != "short")

@@ -14,8 +14,7 @@ from pcnet3d.pipeline.core.messages import bound_in_words
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 from pcnet3d.pipeline.core.take import Session
-from pcnet3d.pipeline.running.conclusion import trust
-from pcnet3d.stages.drawing.facts import facts_of
+from pcnet3d.pipeline.sentences import trusted, up_bound
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -153,8 +152,8 @@ def test_up_that_nobody_was_there_to_show_is_in_no_figure_of_a_moving_camera(tak
     Export(tmp_path / "out")(take)
     most = rectified.up_bound_deg[rectified.turned].max()
     assert rectification(tmp_path / "out")["up_bound_deg_max"] == pytest.approx(most)
-    assert facts_of(take).up_bound_deg[1] == pytest.approx(most)
-    assert f"within {bound_in_words(most)} degrees" in trust(take)[1]
+    assert up_bound(take.rectified)[1] == pytest.approx(most)
+    assert f"{bound_in_words(most)}° (90 %)" in trusted(take)
 
 
 def test_no_figure_of_up_is_null_not_nan(take, tmp_path):

@@ -8,8 +8,8 @@ import pytest
 from golden.walks import STAGES, filmed, measured, remeasured
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence
-from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.sentences import answer
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.norms import UNCERTAIN
 from pcnet3d.stages.measures.stage import Measures
@@ -203,7 +203,7 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(squats):
     take = measured(without_hip(squats, slice(middle - 13, middle + 14)), _COPIED)
     found = nested(take.measures)["knee_bends"]
     assert (found["count"], found["count_at_least"]) == (3, True)
-    assert answer(take)[0].startswith("3 or more squats, peaks of the less bent knee ")
+    assert answer(take)[0].startswith("At least 3 squats, peak of the less bent knee ")
     assert "at least 3" in happened(take.measures, metric=True)
 
 

@@ -161,9 +161,9 @@ def test_the_report_says_once_what_was_found_and_the_terminal_whether_the_take_i
     (folder / "summary.json").write_text(json.dumps(summary))
     for _ in range(2):
         result = pcnet3d("opensim", folder, "--model", path)
-        assert "not levelled: nobody stands" in result.stdout
+        assert "could not be levelled: nobody stands" in result.stdout
     report = (folder / "report.html").read_text(encoding="utf-8")
-    assert report.count("not levelled: nobody stands") == 1
+    assert report.count("could not be levelled: nobody stands") == 1
     assert report.count(f"{path.name} was scaled") == 1
     assert report.rstrip().endswith("</body></html>")
     (folder / "report.html").write_bytes(b"\xff damaged")

@@ -9,8 +9,9 @@ import pytest
 from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
 from pcnet3d.pipeline.core.camera import Camera, Look, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
-from pcnet3d.stages.drawing.facts import Source, facts_of
+from pcnet3d.pipeline.sentences import camera_words, up_rests_on, up_words
 from pcnet3d.stages.drawing.image_lines import horizon
+from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.report.stage import report
 
 
@@ -36,12 +37,11 @@ def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, frame)
         poses=take.poses.with_(frame=frame),
         rectified=replace(take.rectified, R_source_from_level=R, up_votes=votes),
     )
-    assert "looks down by 20 ± 5 degrees (pitch)" in facts_of(take).camera_words
+    assert "looks down by 20 ± 5 degrees (pitch)" in camera_words(take)
 
 
 def words(take: Take) -> str:
-    facts = facts_of(take)
-    return " ".join([facts.camera_words, facts.up_words, facts.rests_words])
+    return " ".join([camera_words(take), up_words(take), up_rests_on(take.rectified)])
 
 
 TILTED = {"R_source_from_level": view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -8.0)))}
@@ -54,7 +54,11 @@ TILTED = {"R_source_from_level": view_rotation(*(np.array(angle) for angle in (3
         ({}, "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)", "unless"),
         (TILTED, "looks up by 12 ± 5 degrees (pitch)", "looks level"),
         (TILTED, "turned clockwise by 8 ± 5 degrees (roll)", "upright"),
-        ({"level_ok": False, "level_reason": "the person lies"}, "It is a guess", "nown to within"),
+        (
+            {"level_ok": False, "level_reason": "the person lies"},
+            "could not be levelled: the person lies",
+            "nown to within",
+        ),
         ({"source": Z_UP, "camera": None, "up_votes": None}, "The source knows its own up", "looks"),
     ],
 )
@@ -71,7 +75,7 @@ def test_up_of_a_moving_camera_and_of_who_does_not_stand_has_its_condition(make_
     assert "within 5° to 8° (90 %)" in text
     level = take.rectified.level
     laid = changed(take, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert "Known to within 5° (90 %), unless the image is turned" in words(laid)
+    assert "Up is known to within 5° (90 %), unless the image is turned" in words(laid)
 
 
 def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
@@ -110,9 +114,9 @@ def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
             take.rectified, up_own={"image": (up, 0.8), "frames": (up, 6.0)}, up_pulls={"image": 2.0}
         )
     )
-    rows = facts_of(take).sources
-    assert rows["image"].pitch_deg == pytest.approx(10.0)
-    assert rows["feet"] == Source(share=0.25)
+    rows = summary(take)["rectification"]["up_by_source"]
+    assert rows["image"]["pitch_deg"] == pytest.approx(10.0)
+    assert rows["feet"] == {"share": 0.25}
     page = report(take)
     assert "The image's lines, frame 3" in unescape(page)
     assert "frame 3" not in report(take.telling(images=False)).replace("frame 3,", "")

@@ -175,7 +175,7 @@ def test_plus_minus_is_the_90_bar_wherever_people_read():
     ends = Measures(tuple(replace(row, name=name, group=()) for name in ("p05", "p95")))
     change = Change("walking", "cadence", "", "", 100.0, 120.0, (10.0, 10.0), 10.0)
     assert figures(happened(Measures((row,)), True))["cadence"] == "100 ± 16 steps/min"
-    assert range_words(ends) == "100\u00a0to\u00a0100 ±\u00a016"
+    assert range_words(ends) == "100 ±\u00a016"
     assert change.in_words.endswith("± 16")
     assert change.mdc90 == pytest.approx(row.bar, abs=0.5)
     assert row.bar == half_bar(10.0) == 16.0

@@ -10,7 +10,6 @@ from golden.measures import rows_of
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.report.trust import trust
 
 
@@ -32,7 +31,7 @@ def laid(take):
 
 
 def told(take) -> str:
-    return trust(take, facts_of(take))
+    return trust(take)
 
 
 def level(take) -> str:
@@ -49,7 +48,7 @@ def test_a_take_without_doubts_is_to_be_trusted(good):
     assert level(good) == "good"
     said = told(good)
     assert "Usable." in said
-    assert "Known to within 2.7° (90 %)." in said
+    assert "Up is known to within 2.7° (90 %)." in said
     assert (
         "Mostly known to within 8° (90 %), depending on the angle, as measured for the built-in lifter."
         in said
@@ -60,7 +59,7 @@ def test_a_take_without_doubts_is_to_be_trusted(good):
 @pytest.mark.parametrize(
     ("change", "expected", "words"),
     [
-        (laid, "care", "Known to within 2.7° (90 %), unless the image is turned. The trunk is tilted by more"),
+        (laid, "care", "unless the image is turned.<br>The trunk is tilted by more"),
         (lambda take: known(take, 12.0), "care", "may be off by as much"),
         (lambda take: erring(take, 10.0), "care", "Mostly known to within 16°"),
         (lambda take: take.saying(own_notice("test.said", "exchanged", about="left and right")), "care", "exchanged"),
@@ -138,14 +137,14 @@ def gone(take, share: float):
 
 def test_who_is_gone_for_a_while_was_not_seen_throughout(walk_take):
     """With 2D keypoints too, which have no row where nobody was found, and so say nothing there."""
-    whole, seen = known(walk_take, 2.7), "were seen"
+    whole, seen = known(walk_take, 2.7), "out of sight"
     assert whole.keypoints is not None
     assert seen in told(whole)
     for take in (gone(whole, 0.4), gone(whole, 0.4).with_(keypoints=None)):
         said = told(take)
         assert level(take) == "care"
         assert seen not in said
-        assert re.search(r"4\d % of the joints are missing\. Some joints are missing from 0\.00 to", said)
+        assert re.search(r"4\d % of the joints are missing, from 0\.00 to", said)
 
 
 def test_a_limb_that_leaves_the_image_was_not_seen(good):

@@ -13,8 +13,8 @@ from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.stages.drawing.facts import errors_of_angles
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
 from pcnet3d.stages.study.compare.comparison import compared, conclusion, figures, result
@@ -130,7 +130,7 @@ def test_what_the_lifter_errs_alike_in_both_visits_is_not_in_the_difference(side
     of_file = with_run(later, angle_errors="file")  # shares of other errors than these
     assert changes(of_file, first, True)[0].error == pytest.approx(np.hypot(4, 4))
     page = as_page(compared([of_file, first]))
-    assert all(errors_of_angles(how) in page for how in ("judged", "file"))
+    assert all(ERRORS_OF_ANGLES[how] in page for how in ("judged", "file"))
     assert from_same_place(later, first)
     assert "about the same place" in as_page(compared([first, later]))
 

@@ -1,0 +1,363 @@
+"""What a take says to people, in sentences: how long it is, what moved, how the camera stands, which way is up and how
+far all of it can be trusted.
+
+The terminal, the report, the study's page and other files print what is made here, so that all say the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .core.camera import pitch_roll_deg
+from .core.figures import UNITS, label_of
+from .core.measures import Measure, Measures
+from .core.messages import bound_in_words, how_many, rate_in_words
+from .core.notices import EXIT_CODES, grave, verdict
+from .core.pose import Rectified
+from .core.rotations import rotate
+from .core.take import AngleErrors, Take
+from .signals.checks import nobody_upright, whole_rows
+
+_MOST_WORDS, _MOST_FIGURES = 60, 6
+_AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: half of the way up or down
+_SIDES = ("right", "left")
+# Each joint once: its other angles move along.
+_JOINTS = (
+    "knee_flexion", "thigh_trunk_flexion", "elbow_flexion", "shoulder_elevation", "trunk_lean_sagittal",
+    "trunk_lean_frontal", "thorax_pelvis_rotation",
+)  # fmt: skip
+_WAYS = {  # below and above 0
+    "trunk_lean_sagittal": ("back", "forward"), "trunk_lean_frontal": ("left", "right"),
+    "thorax_pelvis_rotation": ("right", "left"),
+}  # fmt: skip
+_UNSEEN = 0.5  # of the frames: the range of the rest is not that of the take
+_UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
+_GAITS = {"running": "Ran", "walking or running": "Walked or ran"}
+
+NINE_IN_TEN = (
+    'On this page ±, "within" and 90 % mean the same: the true value lies in that range in nine of ten cases.'
+)
+ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
+    "judged": "as measured for the built-in lifter",
+    "disagreement": "from disagreement with the built-in lifter",
+    "file": "from the given file",
+    "none": "not known",
+}
+# What up may rest on, by the name of the evidence.
+_SOURCES = {
+    "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
+    "floor": "the floor under the feet",
+}  # fmt: skip
+_OTHERS = ("person-chosen", "lost-and-found", "joined-again")  # without them there is one person
+_MOSTLY = 0.5  # share of the frames that have all joints
+
+
+def length_of(take: Take) -> str:
+    """How much of the video the take shows, how long that is, and of whom where there are several: such as "98 frames,
+    3.3 s at 30 a second"."""
+    rows = take.rows
+    if rows is None:
+        return "Nobody was seen"
+    length = how_many(len(rows), "frame")
+    if take.video is not None:
+        first, last = take.video.span
+        if len(rows) < (whole := last + 1 - first):
+            part = "this part of " * (take.video.part is not None)
+            length = f"{len(rows)} of the {whole} frames of {part}the video ({100 * len(rows) // whole} %)"
+    if rows.time_s is not None and len(rows) > 1:
+        length += f", {rows.duration_s:.1f} s{rate_in_words(rows.fps, ' at ')}"
+    return length + f", person {rows.person}" * any(each.code in _OTHERS for each in take.notices)
+
+
+def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
+    """Sentences about a take's movements, the most frequent first; where none was found, about the joints that range
+    furthest for their error; then `further` ones, as far as there is room. Nothing of a take without measures."""
+    if not take.measures:
+        return []
+    metric = take.need("poses").frame.metric
+    moved = sorted(_movements(take.measures, metric), key=lambda counted: -counted[0])
+    sentences, room = [], _MOST_WORDS
+    for sentence in [*(words for _, words in moved), *([] if moved else _ranges(take.measures)), *further]:
+        if len(sentence.split()) <= room:
+            sentences.append(f"{sentence[0].upper()}{sentence[1:]}")
+            room -= len(sentence.split())
+    return sentences
+
+
+def headlines(take: Take) -> list[tuple[str, str]]:
+    """The joints that range furthest for their error, and how far, as the first screen shows them beside the answer."""
+    return [
+        (f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.words(side))
+        for each in joint_ranges(take.figures.group("range_of_motion"))
+        for side in each.ends
+    ][:_MOST_FIGURES]
+
+
+def _movements(measures: Measures, metric: bool) -> Iterator[tuple[int, str]]:
+    """How often each movement was made, and a sentence about it."""
+    yield from _walked(measures.group("walking"), metric)
+    yield from _bent(measures.group("knee_bends"))
+    yield from _raised(measures.group("arm_raises"))
+    yield from _jumped(measures.group("jumps"))
+
+
+def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
+    steps = walking.figure("steps")
+    if steps is None:
+        return
+    back = walking.count("backward_steps")
+    sentence = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
+    sentence += f" ({back} backwards)" if back else ""
+    if walking.count("walks") == 1 and (lasts_s := walking.value("walked")):
+        sentence += f" in {lasts_s:.1f} s"
+    if ends := walking.text("not_visible"):
+        sentence += f" ({ends} not visible)"
+    figures = [walking.figure(name) for name in ("cadence", "walking_speed")[: 1 + metric]]
+    clauses = [
+        f"{row.about.label} {row.in_words(UNITS[row.unit].page.format('m'))}{_unknown([row])}"
+        for row in figures
+        if row
+    ]
+    yield (
+        int(steps.value),
+        " ".join([f"{sentence}.", f"{', '.join(clauses).capitalize()}." * bool(clauses)]).rstrip(),
+    )
+
+
+def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
+    count, squats = bends.figure("count"), bends.figure("squats")
+    if count:
+        every = squats is not None and squats.value == count.value
+        some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
+        what = f"{_many(count, 'squat' if every else 'knee bend')}{some}"
+        yield int(count.value), _counted(what, [bends], "peak", " of the less bent knee")
+    yield from _held(bends, "Knees held bent")
+
+
+def _raised(arms: Measures) -> Iterator[tuple[int, str]]:
+    sides = {side: arms.group(side) for side in _SIDES}
+    counts = {side: count for side, of in sides.items() if (count := of.figure("count"))}
+    alike = len(counts) == 2 and len({_many(count, "") for count in counts.values()}) == 1
+    if alike and _together(*sides.values()):
+        count = counts["right"]
+        yield int(count.value), _counted(f"{_many(count, 'raise')} of both arms", [*sides.values()], "peak")
+    else:
+        for side, count in counts.items():
+            what = f"{_many(count, 'raise')} of the {side} arm"
+            yield int(count.value), _counted(what, [sides[side]], "peak")
+    for side, of in sides.items():
+        yield from _held(of, f"{side.capitalize()} arm held up")
+
+
+def _together(right: Measures, left: Measures) -> bool:
+    """Whether the repetitions of both are at their highest at the same times, within a part of the shorter one: arms
+    that swing to and fro are not raised together."""
+    pairs = zip(right.spans, right.times("peak_at"), left.spans, left.times("peak_at"), strict=False)
+    return all(abs(at - at_other) <= _AT_ONCE * min(b - a, d - c) for (a, b), at, (c, d), at_other in pairs)
+
+
+def _held(of: Measures, what: str) -> Iterator[tuple[int, str]]:
+    holds = of.group("holds")
+    if longest := holds.figure("longest"):
+        count = holds.count()
+        often, most = (f" {count} times", " at most") if count > 1 else ("", "")
+        more = " or more" * longest.at_least
+        yield count, f"{what}{often} for {longest.value:.1f} s{more}{most}."
+
+
+def _jumped(jumps: Measures) -> Iterator[tuple[int, str]]:
+    if count := jumps.figure("count"):
+        yield int(count.value), _counted(_many(count, "jump"), [jumps], "height_by_flight_time")
+
+
+def _counted(what: str, groups: Sequence[Measures], figure: str, whose: str = "") -> str:
+    """A sentence such as "3 squats, peak of the less bent knee 95 to 102 ± 11°.", with that figure of all repetitions
+    that have it."""
+    rows = [row for of in groups for row in of.repetitions(figure)]
+    if not rows:
+        return f"{what}."
+    some = f" ({len(rows)} of them)" if len(rows) < sum(of.count() for of in groups) else ""
+    return f"{what}, {rows[0].about.label}{whose}{some} {spread(rows)}{_unknown(rows)}."
+
+
+def _many(count: Measure, what: str) -> str:
+    """Such as "at least 4 steps"."""
+    return f"{'at least ' * count.at_least}{how_many(int(count.value), what)}"
+
+
+def _unknown(rows: Sequence[Measure]) -> str:
+    """ " (error not known)" behind figures of which none has an error."""
+    return f" (error{'s' * (len(rows) > 1)} not known)" * all(row.error is None for row in rows)
+
+
+def spread(rows: Sequence[Measure], unit: bool = True) -> str:
+    """A figure, or the lowest and the highest of several, and the widest of their bars: "95 to 102 ± 11°"."""
+    behind = UNITS[rows[0].unit].page.format("m") if unit else ""
+    ends = dict.fromkeys(f"{of(row.value for row in rows):z.0f}" for of in (min, max))
+    return f"{' to '.join(ends)}{_bar(rows)}{' ' * (unit and behind != '°')}{behind}"
+
+
+def _bar(rows: Sequence[Measure]) -> str:
+    bars = [row.bar for row in rows if row.bar is not None]
+    return f" ± {max(bars):.0f}" if bars else ""
+
+
+@dataclass(frozen=True)
+class JointRange:
+    """Where an angle of a joint lies in nine of ten frames. angle: without a side; ends: low and high by side ("right",
+    "left"; "" of the trunk), degrees; times: how many errors it ranges."""
+
+    angle: str
+    ends: dict[str, tuple[Measure, Measure]]
+    times: float
+
+    @property
+    def has_error(self) -> bool:
+        """Whether the error of an end is known."""
+        return any(end.error is not None for ends in self.ends.values() for end in ends)
+
+    def words(self, side: str) -> str:
+        """Such as "3 to 58 ± 9°"; of a joint that goes two ways "4° left to 6° right ± 9°"."""
+        ways, ends = _WAYS.get(self.angle), self.ends[side]
+        return _between_ways(ends, ways) if ways else spread(ends)
+
+
+def _between_ways(ends: tuple[Measure, Measure], ways: tuple[str, str]) -> str:
+    """Such as "4° left to 6° right", "6° to 2° left ± 3°", "0° to 6° right", "0°"."""
+    low, high = (round(end.value) for end in ends)
+    if low < 0 < high:
+        words = f"{-low}° {ways[0]} to {high}° {ways[1]}"
+    else:
+        way = f" {ways[high > 0]}" if low or high else ""
+        words = " to ".join(dict.fromkeys(f"{abs(end)}°" for end in (low, high))) + way
+    bar = _bar(ends)
+    return f"{words}{bar}{'°' * bool(bar)}"
+
+
+def _ranges(measures: Measures) -> Iterator[str]:
+    """A sentence; none where no joint moves by more than its error."""
+    for each in joint_ranges(measures.group("range_of_motion"))[:1]:
+        parts = [f"{each.words(side)}{f' ({side})' * bool(side)}" for side in each.ends]
+        unknown = " (errors not known)" * (not each.has_error)
+        yield f"In nine of ten frames: {label_of(each.angle)} {', '.join(parts)}{unknown}."
+
+
+def joint_ranges(ranges: Measures) -> list[JointRange]:
+    """The joints whose range is the most times its error, by that of the side that moves more; empty where none moves
+    by more, and all have an error, on both sides, or where none is known. ranges: that group."""
+    with_range = [each for name in _JOINTS if (each := _range(ranges, name)).ends]
+    moving = [each for each in with_range if each.times > 1]
+    whole = all(each.has_error and set(each.ends) in ({""}, set(_SIDES)) for each in with_range)
+    if not moving and whole and len(with_range) == len(_JOINTS):
+        return []
+    return sorted(moving or with_range, key=lambda each: -each.times)
+
+
+def _range(ranges: Measures, name: str) -> JointRange:
+    """Without ends if neither side's can be trusted."""
+    angles = {"": name} if name in ranges.groups else {side: f"{side[0]}_{name}" for side in _SIDES}
+    ends, times = {}, 0.0
+    for side, angle in angles.items():
+        of = ranges.group(angle)
+        low, high = of.figure("p05"), of.figure("p95")
+        doubtful = of.value("beyond_anatomy_frames") or (of.value("nan_share") or 0.0) > _UNSEEN
+        if low and high and not doubtful:
+            ends[side] = low, high
+            if whole := of.figure("p05_p95"):
+                times = max(times, whole.value / (whole.bar or _UNSTATED))
+    return JointRange(name, ends, times)
+
+
+def exit_code(take: Take) -> int:
+    """How far a finished take can be trusted: 4 unusable or not levelled, 3 suspicious, 0 neither. Its poses are judged
+    as by `pcnet3d inspect`."""
+    levelled = take.rectified is None or take.rectified.level_ok
+    return EXIT_CODES[verdict(take.judged) if levelled else "unusable"]
+
+
+def trusted(take: Take) -> str:
+    """How far a take can be trusted, in short: how its poses are, what makes them less than good, and how well up is
+    known."""
+    parts = []
+    if take.verdict is not None:
+        faults = "; ".join(fault.text.rstrip(".") for fault in grave(take.judged))
+        parts.append(f"{poses_are(take)}{': ' * bool(faults)}{faults}.")
+    if take.rectified is not None:
+        parts.append(up_words(take))
+    return " ".join(parts)
+
+
+def poses_are(take: Take) -> str:
+    """The verdict on a take's poses, such as "The poses are good"; of poses without a fault that lack joints in most
+    frames, or whose error nothing tells, no more than that."""
+    faults = [fault.code for fault in grave(take.judged)]
+    if faults == ["too-few-frames"]:
+        return "The poses cannot be judged"
+    if not faults and take.error_unknown:
+        return "No fault was found in the poses, but how far they are off cannot be judged"
+    if not faults and whole_rows(take.need("poses")).mean() < _MOSTLY:
+        return "What was seen of the poses is good"
+    return f"The poses are {take.verdict}"
+
+
+def up_bound(rectified: Rectified) -> tuple[float, float] | None:
+    """Degrees that up is known to within, 90 %: the least and the most of the frames; None where that is not known."""
+    bound = rectified.up_bound_deg[rectified.turned & np.isfinite(rectified.up_bound_deg)]
+    return (float(bound.min()), float(bound.max())) if rectified.level_ok and len(bound) else None
+
+
+def up_words(take: Take) -> str:
+    """Whether up was found and how well it is known, in a sentence."""
+    rectified = take.need("rectified")
+    bound = up_bound(rectified)
+    if not rectified.level_ok:
+        return f"The take could not be levelled: {rectified.level_reason}."
+    if rectified.in_world:
+        return "The source knows its own up." if bound else "Up comes from the file; its error is not known."
+    if bound is None:
+        unusable = [each.text for each in take.notices if each.code == "up-of-unusable"]
+        return unusable[0] if unusable else "The error of up is not known."
+    within = "° to ".join(dict.fromkeys(map(bound_in_words, bound)))
+    return f"Up is known to within {within}° (90 %){', unless the image is turned' * bool(nobody_upright(rectified))}."
+
+
+def up_rests_on(rectified: Rectified) -> str:
+    """What up rests on, in a sentence; empty where nothing was estimated."""
+    largest = sorted(rectified.up_shares.items(), key=lambda share: -share[1])
+    parts = [f"{_SOURCES.get(name, name)} ({100 * part:.0f} %)" for name, part in largest if part >= 0.005]
+    return f"It is based on {', '.join(parts)}." if parts else ""
+
+
+def camera_motion(take: Take) -> str:
+    """How the camera moves and who says so, behind "the camera"; empty of poses in a world's axes."""
+    if take.need("rectified").camera is None:
+        return ""
+    if take.told.moving or take.told.standing:
+        return f"{'moves' if take.moving else 'stands still'}, as you stated"
+    if take.camera is not None and take.camera.background is not None:
+        return f"{take.camera.background.words}, judging by the background"
+    return "is assumed to stand still (nothing shows whether it does)"
+
+
+def camera_words(take: Take) -> str:
+    """How the camera moves, or stands and looks, behind "the camera"."""
+    rectified, motion = take.need("rectified"), camera_motion(take)
+    if rectified.camera == "moving":
+        return f"{motion}, and up moves with it"
+    if rectified.camera is None or not rectified.level_ok:
+        return motion
+    up = rotate(take.need("poses").frame.basis.T, rectified.R_source_from_level[None, :, 2])
+    known = up_bound(rectified)
+    bound = bound_in_words(known[1]) if known else ""
+    digits = 1 if "." in bound else 0
+    pitch, roll = tilts = [round(float(of), digits) for of in pitch_roll_deg(up[0])]
+    within = f" ± {bound} degrees" if bound else ""
+    by_pitch, by_roll = (
+        f"by {of:.{digits}f}{within or ' degree' + 's' * (of != 1)}" for of in map(abs, tilts)
+    )
+    looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else f"level{within}"
+    turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else f"upright{within}"
+    return f"{motion}; it looks {looks} (pitch), and its image is {turned} (roll)"
