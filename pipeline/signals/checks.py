@@ -78,15 +78,15 @@ class Chirality:
 
     def __str__(self) -> str:
         votes_of = {
-            "the nose points forward": (self.nose, self.nose_votes),
-            "bent knees point forward": (self.knees, self.knee_votes),
-            "hips and shoulders agree on left": (self.arms_legs, self.arms_legs_votes),
+            "the nose points forward": (self.nose, self.nose_votes, "frame"),
+            "a bent knee points forward": (self.knees, self.knee_votes, "case"),  # up to two a frame
+            "hips and shoulders agree on left": (self.arms_legs, self.arms_legs_votes, "frame"),
         }
         return ", ".join(
-            f"{words} in {100 * share:.0f} % of {how_many(votes, 'frame')}"
+            f"{words} in {100 * share:.0f} % of {how_many(votes, what)}"
             if votes
             else f"no frame tells whether {words}"
-            for words, (share, votes) in votes_of.items()
+            for words, (share, votes, what) in votes_of.items()
         )
 
 

@@ -247,7 +247,7 @@ def require_plausible(joints: np.ndarray) -> None:
         raise InputError(
             "sides-swapped",
             f"left and right look exchanged, or the axes are left-handed: the knees bend forward in {sides.knees:.0%} "
-            f"of {sides.knee_votes} frames.",
+            f"of {sides.knee_votes} cases.",
         )
 
 
