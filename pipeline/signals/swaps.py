@@ -207,54 +207,63 @@ def _limbs(clip: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> 
         np.nansum(handedness_cues(np.stack([turned(clip[rows], state) for state in states]), layout), axis=-1)
         for rows in blocks(len(clip), _LOOKED_AT)
     ]
-    return _runs(clip, times, ways, states, np.concatenate([part.T for part in anatomy]), size)
+    return _runs(clip, times, [ways], states, np.concatenate([part.T for part in anatomy])[None], size)
 
 
 def _alone(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Pairs of joints that are exchanged alone."""
-    swaps: list[Swap] = []
-    for way in pairs_alone(layout) if size else ():
+    ways, cues = pairs_alone(layout) if size else (), []
+    for way in ways:
         beside = _BESIDE[way.name.removesuffix("s exchanged")]
         other = layout.indices([f"{side}_{beside}" for side in "lr"])
         apart = way.vectors(image)[:, 0] * (image[:, other[0]] - image[:, other[1]])
-        cue = np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1)
-        swaps += _runs(image, times, (way,), np.array([[0], [1]]), np.stack([cue, -cue], axis=1), size)
-    return swaps
+        cues.append(np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1))
+    if not cues:
+        return []
+    anatomy = np.stack([cues, np.negative(cues)], axis=-1)
+    return _runs(image, times, [(way,) for way in ways], np.array([[0], [1]]), anatomy, size)
 
 
 def _runs(
     clip: np.ndarray,
     times: np.ndarray,
-    ways: tuple[Kind, ...],
+    limbs: Sequence[tuple[Kind, ...]],
     states: np.ndarray,
     anatomy: np.ndarray,
     size: float,
 ) -> list[Swap]:
-    """Of the likeliest states (S, K) of each row, the runs of each of K ways, which have one price. anatomy: (T, S),
-    how much the row looks like a body in each state."""
-    price = ways[0].price
-    continuity = np.stack([_continuity(way.vectors(clip), times, _FLOOR * size) for way in ways], axis=1)
+    """Of L limbs, or pairs of them, that are judged each by itself, and have K ways of one price each: the runs of each
+    way in the likeliest states (S, K) of each row. anatomy: (L, T, S), how much the row looks like a body in each
+    state."""
+    price = limbs[0][0].price
+    continuity = np.stack(
+        [
+            np.stack([_continuity(way.vectors(clip), times, _FLOOR * size) for way in ways], axis=1)
+            for ways in limbs
+        ]
+    )
     seconds = np.gradient(times)[:, None]
-    cost = seconds * _ANATOMY * (anatomy[:, :1] - anatomy)
+    cost = seconds * _ANATOMY * (anatomy[..., :1] - anatomy)
     wrong = seconds * _PER_SECOND * states.any(axis=1)
-    path = likeliest(continuity, cost + wrong, states, price)
-    odds = -np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy
+    paths = likeliest(continuity, cost + wrong, states, price)
+    odds = -np.take_along_axis(cost, paths[..., None], axis=2)  # logarithms, by anatomy
     runs = []
-    for k, way in enumerate(ways):
-        on = np.concatenate([[0], states[path, k], [0, 0, 0]])
+    for limb, k in np.ndindex(len(limbs), states.shape[1]):
+        on = np.concatenate([[0], states[paths[limb], k], [0, 0, 0]])
         spans = np.flatnonzero(np.diff(on)).reshape(-1, 2)
         beside = np.diff(np.concatenate([[0], spans.ravel(), [len(clip)]]))[::2]  # rows that are right
         for i, (first, end) in enumerate(spans):
             rows = np.arange(max(first, 2), min(end + 2, len(clip)))
             before, mid, now = on[rows - 1], on[rows], on[rows + 1]
-            evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
+            evidence = -float(continuity[limb, rows, k, before ^ mid, mid ^ now].sum())
             if evidence < price:
                 continue
             # That it is short says nothing of a run as long as a turn, or longer than what is beside it.
             fewest = min((count for count in beside[i : i + 2] if count), default=0)
             open_side = seconds[first:end].sum() > _TURN_S or end - first > fewest
-            sure = odds[first:end].sum() if open_side else evidence - price
-            runs.append(Swap(way.name, int(first), int(end - 1), evidence, bool(sure >= _CERTAIN)))
+            sure = odds[limb, first:end].sum() if open_side else evidence - price
+            name = limbs[limb][k].name
+            runs.append(Swap(name, int(first), int(end - 1), evidence, bool(sure >= _CERTAIN)))
     return runs
 
 
@@ -364,32 +373,35 @@ def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
 
 
 def likeliest(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, price: float) -> np.ndarray:
-    """(T,) index of each row's state in the likeliest sequence (Viterbi). continuity: (T, K, 2, 2) of each way; cost:
-    (T, S), 0 in state 0, in which nothing is wrong; states: (S, K); price: of each change.
+    """(L, T) index of each row's state in the likeliest sequence (Viterbi), of L limbs each by itself. continuity: (L,
+    T, K, 2, 2) of each way; cost: (L, T, S), 0 in state 0, in which nothing is wrong; states: (S, K); price: of each
+    change.
 
     The hidden state is that of two rows, because a row is expected from the two before it.
     """
-    rows, count = cost.shape
+    limbs, rows, count = cost.shape
     changed = states[:, None] ^ states
     change = price * np.asarray(changed.any(axis=-1))
     # Which of a way's four costs applies to three rows in a row, (4 K, S, S, S).
     pick = np.moveaxis(np.eye(4)[2 * changed[:, :, None] + changed], (-2, -1), (0, 1))
     pick = pick.reshape(-1, count**3)
-    steps = continuity.reshape(rows, -1)
-    total = change[0][:, None] + change + cost[0][:, None] + cost[1]
-    come_from = np.zeros((rows, count, count), dtype=np.uint8)
+    steps = continuity.reshape(limbs, rows, -1)
+    total = change[0][:, None] + change + cost[:, 0, :, None] + cost[:, 1, None]
+    come_from = np.zeros((rows, limbs, count, count), dtype=np.uint8)
     for block in blocks(rows, _LOOKED_AT):
-        own = (steps[block] @ pick).reshape(-1, count, count, count) + change + cost[block, None, None]
+        own = (steps[:, block] @ pick).reshape(limbs, -1, count, count, count)
+        own += change + cost[:, block, None, None]
         for t in range(max(block.start, 2), min(block.stop, rows)):
-            every = total[:, :, None] + own[t - block.start]
-            come_from[t] = every.argmin(axis=0)
-            total = every.min(axis=0)
+            every = total[..., None] + own[:, t - block.start]
+            come_from[t] = every.argmin(axis=1)
+            total = every.min(axis=1)
     total = total + change[0]  # or the part behind a change would be wrong more cheaply
-    path = np.zeros(rows, dtype=int)
-    path[-2:] = np.unravel_index(int(total.argmin()), change.shape)
-    for t in range(rows - 1, 1, -1):
-        path[t - 2] = come_from[t, path[t - 1], path[t]]
-    return path
+    paths = np.zeros((limbs, rows), dtype=int)
+    for path, ends, come in zip(paths, total, np.moveaxis(come_from, 1, 0), strict=True):
+        path[-2:] = np.unravel_index(int(ends.argmin()), change.shape)
+        for t in range(rows - 1, 1, -1):
+            path[t - 2] = come[t, path[t - 1], path[t]]
+    return paths
 
 
 def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
