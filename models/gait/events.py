@@ -150,8 +150,8 @@ def walks(
     at = np.array([start for start, _ in lands])
     ahead, aside = resample(between, time_s, at, seams).T if len(at) else (np.zeros(0), np.zeros(0))
     straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
-    visible = np.asarray(np.isfinite(between).all(axis=1))
-    broken = np.array([_broken(visible, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
+    pieces = runs(np.asarray(np.isfinite(between).all(axis=1)), time_s, seams)
+    broken = _broken(pieces, time_s, at)
     turned = np.zeros(len(broken)) if facing_deg is None else _turned(facing_deg, time_s, lands, seams)
     parts: list[list[Step]] = []
     walk: list[Step] = []
@@ -170,7 +170,7 @@ def walks(
         if is_step:
             walk.append(Step(other, start, stop))
             turn = change
-    ends = [float(time_s[piece.stop - 1]) for piece in runs(visible, time_s, seams)]
+    ends = [float(time_s[piece.stop - 1]) for piece in pieces]
     moving = [part for walk in [*parts, walk] for part in _between_stops(walk, feet, ends)]
     return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else FEWEST)]
 
@@ -256,9 +256,11 @@ def _swing(facing_deg: np.ndarray) -> np.ndarray:
     return foot * medians[np.clip(nearest - _NEAREST // 2, 0, len(medians) - 1)] / 2
 
 
-def _broken(
-    visible: np.ndarray, time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]
-) -> bool:
-    inside = (time_s >= start_s) & (time_s <= stop_s)
-    pieces = runs(inside & visible, time_s, seams)
-    return len(pieces) != 1 or pieces[0].stop - pieces[0].start != inside.sum()
+def _broken(pieces: Sequence[slice], time_s: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """(N - 1,) whether the rows from one landing at_s (N,) to the next are not all of one of the pieces."""
+    piece_of = np.full(len(time_s) + 1, -1)  # the last one of landings before and behind all rows
+    for number, rows in enumerate(pieces):
+        piece_of[rows] = number
+    first = np.searchsorted(time_s, at_s[:-1])
+    last = np.searchsorted(time_s, at_s[1:], side="right") - 1
+    return (first > last) | (piece_of[first] < 0) | (piece_of[first] != piece_of[last])

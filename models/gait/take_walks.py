@@ -70,12 +70,13 @@ def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
         for rows in runs(visible, motion.times, motion.seams)
     ]
     hidden = along_sight(motion.rectified.R_source_from_body, motion.source.frame) | np.isnan(apart)
+    swings = {side: swings_of(x, motion.times, motion.seams) for side, x in knees.items()}
     walks = []
     for i, steps in enumerate(gait.walks):
         stride_s = 2 * float(np.mean([step.stop_s - step.start_s for step in steps]))
         before, behind = [], []
         if gait.kind == "walking":
-            before, behind = faded_steps(steps, knees, motion.times, hidden, motion.seams)
+            before, behind = faded_steps(steps, knees, swings, motion.times, hidden)
             since_s = walks[-1].every[-1].stop_s if walks else -np.inf
             until_s = gait.walks[i + 1][0].start_s if i + 1 < len(gait.walks) else np.inf
             before = [step for step in before if step.start_s >= since_s]
@@ -100,33 +101,36 @@ def along_sight(R_source_from_body: np.ndarray, source: Frame) -> np.ndarray:
 def faded_steps(
     walk: Sequence[Step],
     knees: Mapping[str, np.ndarray],
+    swings: Mapping[str, np.ndarray],
     time_s: np.ndarray,
     hidden: np.ndarray,
-    seams: Sequence[int] = (),
 ) -> tuple[list[Step], list[Step]]:
     """Steps before a walk and behind it, in order, by the swings of the knees, which keep the walk's rhythm.
 
-    knees: {"r", "l": (T,)} degrees of flexion at time_s (T,), NaN where not known. hidden: (T,) in which frames steps
-    cannot be seen, along the line of sight or without the ankles. Of 71 landings that this adds to 103 lifted walks of
-    validation people, were all their frames hidden, 65 are within 0.25 s of one of that foot, and most within 0.05 s.
+    knees: {"r", "l": (T,)} degrees of flexion at time_s (T,), NaN where not known; swings: `swings_of` each. hidden:
+    (T,) in which frames steps cannot be seen, along the line of sight or without the ankles. Of 71 landings that this
+    adds to 103 lifted walks of validation people, were all their frames hidden, 65 are within 0.25 s of one of that
+    foot, and most within 0.05 s.
     """
-    swings = {side: _swings(x, time_s, seams) for side, x in knees.items()}
     step_s = float(np.median([step.stop_s - step.start_s for step in walk]))
     knee_peaks = []  # how long before the foot lands its knee is bent most in each step, and by how much
     for step in walk:
-        inside = [swing for swing in swings[step.side] if step.start_s < swing[0] < step.stop_s]
-        if inside:
-            at_s, height = max(inside, key=lambda swing: swing[1])
-            knee_peaks.append((step.stop_s - at_s, height))
+        at_s, height = swings[step.side].T
+        inside = slice(np.searchsorted(at_s, step.start_s, side="right"), np.searchsorted(at_s, step.stop_s))
+        if len(at_s[inside]):
+            most = inside.start + int(height[inside].argmax())
+            knee_peaks.append((step.stop_s - at_s[most], height[most]))
     if not knee_peaks:
         return [], []
     lag_s, usual = np.median(knee_peaks, axis=0)
 
     def lands(side: str, near_s: float) -> float | None:
         """When the foot of a side lands about then, after its knee has swung where steps cannot be seen."""
-        for at_s, height in sorted(swings[side], key=lambda of: abs(of[0] + lag_s - near_s)):
+        off_s = np.abs(swings[side][:, 0] + lag_s - near_s)
+        near = np.flatnonzero(off_s <= _OFF * step_s)
+        for at_s, height in swings[side][near[np.argsort(off_s[near], kind="stable")]]:
             rows = np.searchsorted(time_s, [at_s, at_s + lag_s])
-            if abs(at_s + lag_s - near_s) > _OFF * step_s or rows[1] >= len(time_s):
+            if rows[1] >= len(time_s):
                 return None
             bent, other = knees[side][rows[0]], knees[OTHER[side]][rows[0]]
             alone = not bent - other < _MORE * usual  # or the other is not known
@@ -143,13 +147,11 @@ def faded_steps(
     return before[:-1], behind[1:]
 
 
-def _swings(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[tuple[float, float]]:
-    """(when, how far) a knee's flexion x (T,) is largest, each time, in order."""
-    swings = []
-    for piece in runs(np.isfinite(x), time_s, seams):
-        tops = peaks(x[piece], _LEAST_DEG)
-        swings += zip(time_s[piece][tops].tolist(), x[piece][tops].tolist(), strict=True)
-    return swings
+def swings_of(knee: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
+    """(N, 2) when a knee's flexion (T,) is largest, each time, in order, and how large it is."""
+    pieces = runs(np.isfinite(knee), time_s, seams)
+    tops = [piece.start + row for piece in pieces for row in peaks(knee[piece], _LEAST_DEG)]
+    return np.stack([time_s[tops], knee[tops]], axis=-1) if tops else np.zeros((0, 2))
 
 
 def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:

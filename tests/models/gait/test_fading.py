@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.motion import motion_of
 from pcnet3d.models.gait.events import Step
 from pcnet3d.models.gait.gait import Gait
-from pcnet3d.models.gait.take_walks import along_sight, faded_steps, gait_of, walks_of
+from pcnet3d.models.gait.take_walks import along_sight, faded_steps, gait_of, swings_of, walks_of
 from pcnet3d.pipeline.core.frames import CAMERA, Z_UP
 
 TIMES = np.arange(0, 6, 1 / 30)
@@ -24,7 +24,8 @@ EVERYWHERE = np.ones(len(TIMES), dtype=bool)
 
 
 def faded(seen: slice, knees=KNEES, hidden=EVERYWHERE):
-    return faded_steps(STEPS[seen], knees, TIMES, hidden)
+    swings = {side: swings_of(x, TIMES) for side, x in knees.items()}
+    return faded_steps(STEPS[seen], knees, swings, TIMES, hidden)
 
 
 @pytest.mark.parametrize("seen", [slice(3, 6), slice(0, 3), slice(6, 9)])
