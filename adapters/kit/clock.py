@@ -146,9 +146,8 @@ class Moments:
         if number == self._count:
             self._count += 1
             for name, value in ((n, v) for held in fields.values() for n, v in held.items()):
-                self._values.setdefault(name, [None] * number).append(value)
-            for values in self._values.values():
-                values.extend([None] * (self._count - len(values)))
+                values = self._values.setdefault(name, [])
+                values += [*[None] * (number - len(values)), value]
         return number
 
     @staticmethod
@@ -173,6 +172,8 @@ class Moments:
                 "name-unknown",
                 f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
             )
+        for values in self._values.values():
+            values += [None] * (self._count - len(values))
         self._check_one_recording()
         frame_name, frames = self._frames()
         time_name, time_s = self._times()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.rotations import kabsch, rotate
+from ...pipeline.core.rotations import kabsch, norm, rotate
 
 # Of a direction whose error is Gaussian in two dimensions: what holds nine in ten, over the root mean square.
 RAYLEIGH_90 = float(np.sqrt(np.log(10)))
@@ -34,7 +34,7 @@ def relative(joints: np.ndarray) -> np.ndarray:
 
 def joint_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """(..., T) mean distance over the 17 joints, the pelvis included (MPJPE as usual, Ionescu et al. 2014)."""
-    return np.linalg.norm(predicted - truth, axis=-1).mean(axis=-1)
+    return norm(predicted - truth).mean(axis=-1)
 
 
 def rigid_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ import numpy as np
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import norm
 from ...pipeline.signals.filters import runs
 from .events import OTHER
 
@@ -144,7 +145,5 @@ def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
 def _legs(joints: np.ndarray) -> np.ndarray:
     """(T,) the length of thigh and shank together, mean of both legs."""
     bones = [(f"{side}_{a}", f"{side}_{b}") for side in SIDES for a, b in pairwise(("hip", "knee", "ankle"))]
-    lengths = [
-        np.linalg.norm(joints[:, H36M17.index(b)] - joints[:, H36M17.index(a)], axis=-1) for a, b in bones
-    ]
+    lengths = [norm(joints[:, H36M17.index(b)] - joints[:, H36M17.index(a)]) for a, b in bones]
     return np.sum(lengths, axis=0) / 2

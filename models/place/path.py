@@ -17,7 +17,7 @@ from ...pipeline.core.camera import Camera
 from ...pipeline.core.frames import CAMERA, require
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.rotations import is_finite, norm
 from ...pipeline.signals.filters import rate
 from ...pipeline.signals.reprojection import JOINTS, keypoint_rays, placed
 from ..common.splines import inverse_band
@@ -116,7 +116,7 @@ def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndar
     """
     ends = np.array([H36M17.indices(bone) for bone in SEGMENTS])
     bones, images = (points[:, ends[:, 1]] - points[:, ends[:, 0]] for points in (joints, rays))
-    length, apart = (np.linalg.norm(lines, axis=-1) for lines in (bones, images))
+    length, apart = (norm(lines) for lines in (bones, images))
     visible = np.isfinite(length) & np.isfinite(apart)
     if visible.any(axis=1).sum() < 2:
         return np.ones(len(joints))
@@ -126,7 +126,7 @@ def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndar
             for of_bone, has_bone in zip(length.T, visible.T, strict=True)
         ]
     )
-    across = np.linalg.norm(bones[..., :2], axis=-1)
+    across = norm(bones[..., :2])
     totals = (np.where(visible, lengths, 0.0).sum(axis=1) for lengths in (length, usual[None], apart, across))
     whole, expected, image, flat = (np.where(visible.any(axis=1), total, np.nan) for total in totals)
     size = _slow(whole / expected, time_s)

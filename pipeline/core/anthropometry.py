@@ -18,6 +18,7 @@ import numpy as np
 
 from .layouts import FEET, H36M17, Layout
 from .pose import PoseSequence
+from .rotations import norm
 
 STATURES_M = (0.4, 2.6)  # of people, from newborns on
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
@@ -54,7 +55,7 @@ def implied_stature(joints: np.ndarray) -> float:
     """
     measured, fractions = 0.0, 0.0
     for (start, end), fraction in LIMBS.items():
-        length = np.linalg.norm(joints[:, H36M17.index(end)] - joints[:, H36M17.index(start)], axis=-1)
+        length = norm(joints[:, H36M17.index(end)] - joints[:, H36M17.index(start)])
         if np.isfinite(length).any():
             measured += float(np.nanmedian(length))
             fractions += fraction
@@ -80,5 +81,5 @@ def trunk_length(joints: np.ndarray, layout: Layout) -> float:
     if not all(name in layout for pair in pairs for name in pair):
         return float("nan")
     hips, shoulders = (joints[:, layout.indices(pair)].astype(np.float64).mean(axis=1) for pair in pairs)
-    length = np.linalg.norm(shoulders - hips, axis=-1)
+    length = norm(shoulders - hips)
     return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")

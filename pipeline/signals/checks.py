@@ -16,7 +16,7 @@ from ..core.messages import how_many
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import TOLD_UP, PoseSequence, Rectified
-from ..core.rotations import angle_deg, is_finite, unit
+from ..core.rotations import angle_deg, is_finite, norm, unit
 
 _OF_TRUNK = ("pelvis", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder")
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
@@ -184,10 +184,11 @@ def empty_rows(poses: PoseSequence) -> np.ndarray:
     """(T,) True where all joints that are there, more than two, lie on one point, as failed frames do that were filled
     with zeros; a joint that the source never has stays NaN in these too."""
     joints = poses.without_feet.joints
-    finite = np.isfinite(joints).all(axis=-1, keepdims=True)
-    lowest = np.where(finite, joints, np.inf).min(axis=1)
-    highest = np.where(finite, joints, -np.inf).max(axis=1)
-    return (lowest == highest).all(axis=-1) & (finite.sum(axis=(1, 2)) > 2)
+    finite = is_finite(joints)
+    alike = finite.sum(axis=1) > 2
+    for axis in np.moveaxis(joints, -1, 0):
+        alike &= np.where(finite, axis, np.inf).min(axis=1) == np.where(finite, axis, -np.inf).max(axis=1)
+    return alike
 
 
 def whole_rows(poses: PoseSequence) -> np.ndarray:
@@ -278,7 +279,7 @@ def movement(poses: PoseSequence) -> np.ndarray:
     where a row is not whole."""
     joints = poses.without_feet.joints
     joints = joints[:, np.isfinite(joints).any(axis=(0, 2))].astype(np.float64)
-    moved = np.linalg.norm(np.diff(joints, axis=0), axis=-1)
+    moved = norm(np.diff(joints, axis=0))
     return moved.sum(axis=1) / max(moved.shape[1], 1) / trunk_of(poses)
 
 

@@ -9,7 +9,7 @@ from ..core.camera import Camera
 from ..core.intrinsics import undistorted
 from ..core.layouts import H36M17, remap
 from ..core.pose import PoseSequence
-from ..core.rotations import is_finite
+from ..core.rotations import is_finite, norm
 from .visibility import unseen
 
 # Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
@@ -83,7 +83,7 @@ def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[
         ahead = joints + place[:, None]
         inside = usable & (ahead[..., 2] > NEAREST)
         expected = np.where(inside[..., None], ahead[..., :2] / np.maximum(ahead[..., 2:], NEAREST), rays)
-        off = np.linalg.norm(place[:, None, :2] - rays * place[:, None, 2:] - sides, axis=-1)
+        off = norm(place[:, None, :2] - rays * place[:, None, 2:] - sides)
         usual = _median(off * np.sqrt(trust), usable) + _LEAST_ERROR
         weights = trust / (1 + trust * (off / (_ROBUST * usual[:, None])) ** 2)
     freedom = np.maximum(2 * usable.sum(axis=1) - 3, 1)

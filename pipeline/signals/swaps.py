@@ -26,6 +26,7 @@ from ..core.frames import CAMERA
 from ..core.layouts import ARM, LEG, TRUNK_CORNERS, Layout
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
+from ..core.rotations import norm
 from ..core.take import Swaps
 from .checks import handedness_cues, without_made_nose
 from .filters import breaks, stretches
@@ -275,16 +276,16 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
     for way in kinds(layout) if size else ():
         ends = image[:, way.pairs[1:]] / size
         apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
-        steps = np.linalg.norm(np.diff(apart, axis=0), axis=-1).T / step_s
+        steps = norm(np.diff(apart, axis=0)).T / step_s
         fast = [np.percentile(of[np.isfinite(of)], 90) if np.isfinite(of).any() else np.inf for of in steps]
         least = np.maximum(_LEAP_SPEED, _FASTER * np.array(fast))
         wrong = np.zeros(len(image), dtype=bool)
         for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(image) - 1) + 1):
             old, new = apart[:-rows], apart[rows:]
-            lengths = np.linalg.norm([old, new], axis=-1)
-            leap = np.linalg.norm(new - old, axis=-1)
+            lengths = norm(np.stack([old, new]))
+            leap = norm(new - old)
             over = leap > least * (times[rows:] - times[:-rows])[:, None]
-            over &= np.linalg.norm(middle[rows:] - middle[:-rows], axis=-1) < _IN_PLACE * leap
+            over &= norm(middle[rows:] - middle[:-rows]) < _IN_PLACE * leap
             over &= lengths.min(axis=0) > np.maximum(_APART, _ALIKE * lengths.max(axis=0))
             over &= (old * new).sum(axis=-1) < _OPPOSITE * lengths.prod(axis=0)
             for row, joint in np.argwhere(over):
@@ -364,7 +365,7 @@ def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndar
 def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
     """(M,) median length of vectors (T, M, D) over time, at least `floor`; infinite where all are missing, and where it
     is 0 and so is the floor: without a trunk in sight, what keeps still has no size to judge it by."""
-    length = np.linalg.norm(vectors, axis=-1)
+    length = norm(vectors)
     visible = np.isfinite(length).any(axis=0)
     median = np.full(length.shape[1], np.inf)
     middle = np.median if np.isfinite(length).all() else np.nanmedian  # which takes many times as long

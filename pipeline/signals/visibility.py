@@ -12,7 +12,7 @@ from ..core.errors import InputError
 from ..core.layouts import H36M17, remap
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.rotations import is_finite
+from ..core.rotations import is_finite, norm
 from .filters import stretches
 
 # Of a joint that was seen: MoveNet gives 0.02 to 0.2 to legs that are cut off, 0.3 and more to an arm behind the body.
@@ -119,12 +119,12 @@ def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndar
         return squeezed
     size = np.array(image_size, dtype=np.float64)
     gap = (np.minimum(points, size - 1 - points) / (_NEAR * size)).min(axis=-1)
-    trunk = np.linalg.norm(points[:, H36M17.index("thorax")] - points[:, H36M17.index("pelvis")], axis=-1)
+    trunk = norm(points[:, H36M17.index("thorax")] - points[:, H36M17.index("pelvis")])
     for end, beginning in _LIMBS.items():
         for side in "rl":
             at, begins = H36M17.indices((f"{side}_{end}", f"{side}_{beginning}"))
             with np.errstate(divide="ignore", invalid="ignore"):
-                length = np.linalg.norm(points[:, at] - points[:, begins], axis=-1) / trunk
+                length = norm(points[:, at] - points[:, begins]) / trunk
             inside = length[(gap[:, at] > _INSIDE) & np.isfinite(length)]
             if len(inside) < _FEWEST:
                 continue
