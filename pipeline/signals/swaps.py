@@ -237,12 +237,9 @@ def _runs(
     way in the likeliest states (S, K) of each row. anatomy: (L, T, S), how much the row looks like a body in each
     state."""
     price = limbs[0][0].price
-    continuity = np.stack(
-        [
-            np.stack([_continuity(way.vectors(clip), times, _FLOOR * size) for way in ways], axis=1)
-            for ways in limbs
-        ]
-    )
+    vectors = [[way.vectors(clip) for way in ways] for ways in limbs]
+    continuity = np.array([[_continuity(each, times, _FLOOR * size) for each in of] for of in vectors])
+    continuity = np.moveaxis(continuity, 2, 1)
     seconds = np.gradient(times)[:, None]
     cost = seconds * _ANATOMY * (anatomy[..., :1] - anatomy)
     wrong = seconds * _PER_SECOND * states.any(axis=1)
