@@ -21,7 +21,6 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import AngleErrors, Take, in_single
-from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
@@ -97,7 +96,7 @@ def _lacking(take: Take) -> str:
     """What the built-in lifter would need for lifting a take's keypoints beside its poses."""
     if take.keypoints is None:
         return _KEYPOINTS
-    return _SIZE if image_size(take) is None else ""
+    return _SIZE if take.image_size is None else ""
 
 
 def errors_of(poses: PoseSequence) -> JointNoise | None:

@@ -17,7 +17,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
-from ..pipeline.files.video_frames import images_at, shown_size
+from ..pipeline.files.video_frames import images_at
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Calibrate:
         self.check_told(told)
         intrinsics = None
         if self.camera_file is not None:
-            intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
+            intrinsics = read_camera(self.camera_file, self.camera_name, video.size)
         camera = "static" if told.standing else told.camera
         return camera_of(video, people, span, told.focal_px, camera, intrinsics)
 
@@ -96,7 +96,7 @@ def _flow(video: Video, keypoints: PoseSequence, span: tuple[int, int], lags: ra
     """How keypoints move beside images of these frames of the video."""
     pairs = pairs_of(*span, video.fps, video.key_frames)
     images = images_at(video, {frame for pair in pairs for frame in pair}, SIDE)
-    return flow_of(images, pairs, keypoints, shown_size(video)[0], lags)
+    return flow_of(images, pairs, keypoints, video.size[0], lags)
 
 
 def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:

@@ -14,7 +14,6 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
-from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
 from ..pipeline.signals.splines import monotone_slopes, on_spline
@@ -63,7 +62,7 @@ class Clean:
         if absent:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
         if take.keypoints is not None and poses.layout.is_body:
-            size = image_size(take)
+            size = take.image_size
             # Those that were detected in this video have its size.
             keypoints_of_file = any(each["role"] == "keypoints" for each in take.inputs)
             if keypoints_of_file and (doubt := check_size(take.keypoints, size)):

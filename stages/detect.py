@@ -20,7 +20,6 @@ from ..pipeline.core.take import Take
 from ..pipeline.files.detections import Detections, listed, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
-from ..pipeline.files.video_frames import shown_size
 from ..pipeline.reading.again import first_names, joined, may_be
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
@@ -94,9 +93,7 @@ class Detect:
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
         alone = [notice("others-missed")] if isinstance(detector, Follower) else []
-        return take.saying(
-            *alone, *_notices(detections, people, chosen, shown_size(video)), *doubts, *swapped
-        )
+        return take.saying(*alone, *_notices(detections, people, chosen, video.size), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:

@@ -26,7 +26,6 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Handedness, Take, Told
-from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
@@ -90,7 +89,7 @@ class Lift:
 
     def _lifted_best(self, take: Take) -> tuple[ToLift, Lifted, int]:
         """By up where that is known: what was asked, the answer, and in how many frames keypoints were left out."""
-        size = image_size(take)
+        size = take.image_size
         keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:
             visible = visible_only(keypoints, size)

@@ -19,7 +19,6 @@ from ..pipeline.core.path import RootPath, moved_covariance
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
-from ..pipeline.files.video_frames import image_size
 
 # Of the distance, what the lifted body's size errs by from posture to posture: with it the bar of a frame holds 91 to
 # 93 % of the frames of validation people (typical and wild cameras, seeds 0 and 5), without it 82 to 87 %, of the man
@@ -82,7 +81,7 @@ def _camera(take: Take) -> Camera | None:
     """The take's, or what is told of it; None where not even the image's size is known."""
     if take.camera is not None:
         return take.camera
-    size = image_size(take)
+    size = take.image_size
     return None if size is None else known_camera(size, take.told.focal_px, None)
 
 

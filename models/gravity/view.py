@@ -14,7 +14,7 @@ from ...pipeline.core.intrinsics import Intrinsics, undistorted, undistorted_ima
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Video
-from ...pipeline.files.video_frames import images_at, images_from, shown_size
+from ...pipeline.files.video_frames import images_at, images_from
 from ...pipeline.running.progress import counted
 from .background import Glimpse, Shift, background_of, shift, stands
 from .images import TOLD_SPREAD, Unknown, up_from_images
@@ -67,7 +67,7 @@ def camera_of(
     if camera == "moving" or (camera is None and moves) or not images:
         frames = list(range(first, last + 1, _EVERY))
         pictures = ((frame, undistorted_image(image, intrinsics)) for frame, image in _every(video, frames))
-        view = moving_camera(pictures, shown_size(video), _boxes(everybody, frames), *focals)
+        view = moving_camera(pictures, video.size, _boxes(everybody, frames), *focals)
     else:
         view = static_camera(images, boxes, *focals)
     view = replace(view, intrinsics=intrinsics, background=background)

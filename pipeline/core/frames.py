@@ -18,7 +18,7 @@ from .path import RootPath
 if TYPE_CHECKING:
     from .pose import PoseSequence
 
-# Each family's words for directions, as vectors of that family's reference axes.
+# Each family's words for directions, as vectors of that family's reference axes, and those for the opposite ones.
 _DIRECTIONS: dict[str, dict[str, tuple[float, ...]]] = {
     "camera": {"right": (1, 0, 0), "down": (0, 1, 0), "away": (0, 0, 1)},
     "image": {"right": (1, 0), "down": (0, 1)},
@@ -29,22 +29,11 @@ _DIRECTIONS: dict[str, dict[str, tuple[float, ...]]] = {
 _OPPOSITE = {
     "right": "left", "down": "up", "away": "toward", "north": "south", "west": "east", "up": "down", "back": "front",
 }  # fmt: skip
+for _words in _DIRECTIONS.values():
+    _words |= {_OPPOSITE[word]: tuple(-x for x in vector) for word, vector in _words.items()}
 _NEAREST_M = 0.5  # a pelvis less far ahead of the camera is a lifter's, which leaves it about the origin
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 UNITS = (*METRES, "px", "arbitrary")
-
-
-def _direction(family: str, word: str) -> tuple[float, ...]:
-    directions = _DIRECTIONS[family]
-    if word in directions:
-        return directions[word]
-    for positive, negative in _OPPOSITE.items():
-        if word == negative and positive in directions:
-            return tuple(-v for v in directions[positive])
-    raise InputError(
-        "bad-value",
-        f"Expected an axis of the {family} family ({', '.join(directions)} or opposites), got '{word}'.",
-    )
 
 
 @dataclass(frozen=True)
@@ -69,6 +58,11 @@ class Frame:
             )
         if self.unit not in UNITS:
             raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
+        words = _DIRECTIONS[self.family]
+        if not words.keys() >= {*self.axes}:
+            raise InputError(
+                "bad-value", f"Expected {self.family} axes of {', '.join(words)}; got {', '.join(self.axes)}."
+            )
         basis = self.basis
         if basis.shape[0] != basis.shape[1] or abs(np.linalg.det(basis)) < 0.5:
             raise InputError(
@@ -79,7 +73,7 @@ class Frame:
     @property
     def basis(self) -> np.ndarray:
         """(D, D): row i is this frame's axis i in the family's reference axes."""
-        return np.array([_direction(self.family, word) for word in self.axes], dtype=float)
+        return np.array([_DIRECTIONS[self.family][word] for word in self.axes], dtype=float)
 
     @property
     def dims(self) -> int:

@@ -54,6 +54,11 @@ class Video:
     key_frames: tuple[int, ...] = ()
 
     @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the images as they are shown, the rotation obeyed."""
+        return (self.height, self.width) if self.rotation_deg in (90, 270) else (self.width, self.height)
+
+    @property
     def span(self) -> tuple[int, int]:
         """The first and the last frame that the take is about."""
         return self.part or (0, len(self.time_s) - 1)
@@ -226,6 +231,11 @@ class Take:
     def rows(self) -> PoseSequence | None:
         """Its poses, or the keypoints of a take that has no poses yet."""
         return self.keypoints if self.poses is None else self.poses
+
+    @property
+    def image_size(self) -> tuple[int, int] | None:
+        """Width and height of its images, as its video shows them or as the user tells; None where neither does."""
+        return self.told.image_size if self.video is None else self.video.size
 
     @property
     def moving(self) -> bool:

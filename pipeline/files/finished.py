@@ -54,23 +54,16 @@ class _Keypoints(_Sequence):
     layout: str
 
 
-class _Source(BaseModel):
-    """What one source of up says: stages/export/stage.py."""
-
-    pitch_deg: float | None = None
-    roll_deg: float | None = None
-    error_deg: float | None = None
-    pull_deg: float | None = None
-
-
 class _Rectification(BaseModel):
+    """up_by_source: what each source of up says (stages/export/stage.py)."""
+
     method: str
     camera: CameraMotion | None
     level_heading: str
     level_ok: bool
     level_reason: str
     up_shares: dict[str, float]
-    up_by_source: dict[str, _Source]
+    up_by_source: dict[str, dict[str, float]]
     steps: int
 
 
@@ -222,11 +215,14 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         source=poses.frame,
         camera=of.camera,
         up_shares=of.up_shares,
-        up_pulls={name: source.pull_deg for name, source in sources if source.pull_deg is not None},
+        up_pulls={name: source["pull_deg"] for name, source in sources if "pull_deg" in source},
         up_own={
-            name: (_up(source.pitch_deg, source.roll_deg, poses.frame), source.error_deg or np.nan)
+            name: (
+                _up(source["pitch_deg"], source["roll_deg"], poses.frame),
+                source.get("error_deg") or np.nan,
+            )
             for name, source in sources
-            if source.pitch_deg is not None and source.roll_deg is not None
+            if source.keys() >= {"pitch_deg", "roll_deg"}
         },
         **{name: arrays[name] for name in OF_RECTIFIED},
     )

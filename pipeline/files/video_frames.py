@@ -14,7 +14,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.system import cores
-from ..core.take import Take, Video
+from ..core.take import Video
 
 if TYPE_CHECKING:
     from av import VideoFrame
@@ -179,17 +179,6 @@ class _Film:
                 return
         with _container(self._video) as again:
             yield from again.decode(video=0)
-
-
-def shown_size(video: Video) -> tuple[int, int]:
-    """Width and height of the images, the video's rotation obeyed."""
-    turned = video.rotation_deg in (90, 270)
-    return (video.height, video.width) if turned else (video.width, video.height)
-
-
-def image_size(take: Take) -> tuple[int, int] | None:
-    """Width and height of a take's images, as its video shows them or as the user tells; None where neither does."""
-    return take.told.image_size if take.video is None else shown_size(take.video)
 
 
 def _upright(frame: VideoFrame, rotation_deg: int, grey_side: int | None = None) -> np.ndarray:

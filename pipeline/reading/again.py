@@ -14,7 +14,7 @@ from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import Video
 from ..files.detections import listed
-from ..files.video_frames import images_at, shown_size
+from ..files.video_frames import images_at
 from .tracker import LARGER, PACE, REACH, extent
 
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
@@ -40,7 +40,7 @@ def first_names(tracks: Sequence[PoseSequence], video: Video) -> dict[str, str]:
     beside the other.
     """
     names = {track.person: track.person for track in tracks}
-    pairs = [pair for pair in combinations(tracks, 2) if may_be(*pair, shown_size(video))]
+    pairs = [pair for pair in combinations(tracks, 2) if may_be(*pair, video.size)]
     looks = {
         track.person: _look(track, video)
         for track in {track.person: track for pair in pairs for track in pair}.values()

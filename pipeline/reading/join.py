@@ -17,7 +17,6 @@ from ..core.pose import PoseSequence
 from ..core.take import Video
 from ..files.atomic import printable
 from ..files.digest import sha256
-from ..files.video_frames import shown_size
 from ..signals.filters import nearest_row, rate
 from .bounds import check_fps, check_times, rate_doubts
 from .load import Source
@@ -65,7 +64,7 @@ class Files:
     @property
     def image_size(self) -> tuple[int, int] | None:
         """Width and height, from the video or the user."""
-        return shown_size(self.video) if self.video else self.options.image_size
+        return self.video.size if self.video else self.options.image_size
 
     @property
     def nameless(self) -> bool:

@@ -13,7 +13,6 @@ from ..core.notices import Notice, notice, without_doubles
 from ..core.pose import PoseSequence
 from ..core.take import Take, Video
 from ..files.atomic import printable
-from ..files.video_frames import shown_size
 from ..signals.altered import alterations, altered, without_altered
 from ..signals.findings import findings_of
 from ..signals.swaps import treated
@@ -101,7 +100,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
 
 def _read(options: RunOptions) -> Files:
     video = read_video(options.video) if options.video else None
-    if video is not None and options.image_size not in (None, size := shown_size(video)):
+    if video is not None and options.image_size not in (None, size := video.size):
         width, height = options.image_size
         raise InputError(
             "option-conflict",
@@ -114,7 +113,7 @@ def _read(options: RunOptions) -> Files:
         poses = load(options.poses, options.adapter, "poses", options.options)
     if options.keypoints and keypoints is None:
         adapter, own = options.keypoints_adapter, options.keypoints_options
-        size = options.image_size if video is None else shown_size(video)
+        size = options.image_size if video is None else video.size
         keypoints = load(options.keypoints, adapter, "keypoints", own, size)
     return Files(poses, keypoints, video, options)
 

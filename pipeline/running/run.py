@@ -22,7 +22,7 @@ from ..files.atomic import SUMMARY, add_to_summary, sign, whole_folder, write_js
 from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
-from ..reading.settings import RunOptions
+from ..reading.settings import RunOptions, flag_of
 from ..reading.take import Person, open_people, open_take
 from ..signals.filters import rate
 from .plan import planned
@@ -83,19 +83,13 @@ def run_people(
     by a stage, is left out with the reason. recipe, resume, force: as for run_files, each stage once for all of a
     scene. Raises InputError when nobody is left.
     """
-    if options.stature is not None:
-        raise InputError(
-            "option-conflict", "A stature is for one person: leave it out, or run one --person at a time."
-        )
-    if options.person is not None:
-        raise InputError(
-            "option-conflict", f"Expected everybody or --person {options.person}, got both; leave one out."
-        )
-    if options.person_id is not None:
-        raise InputError(
-            "option-conflict",
-            "An ID is for one person: leave read.person_id out, or run one --person at a time.",
-        )
+    for name in ("stature", "person", "person_id"):
+        if getattr(options, name) is not None:
+            raise InputError(
+                "option-conflict",
+                f"{flag_of(name)} is for one person, and the run is for everybody: leave it out, or run one --person "
+                "at a time.",
+            )
     return _run(options, Path(output), planned(options, recipe), resume, force, done, everybody=True)
 
 

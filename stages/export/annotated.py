@@ -16,7 +16,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.video_frames import images_ahead, shown_size
+from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, up_of_camera
@@ -99,7 +99,7 @@ class _Page:
     """What is drawn around and beside an image of the take's video."""
 
     def __init__(self, take: Take, video: Video) -> None:
-        width, height = shown_size(video)
+        width, height = video.size
         larger = min(_ENLARGED, max(1.0, _LEAST_HEIGHT / height))
         self.scale = min(larger, _MOST[0] / width, _MOST[1] / height)
         self.image_size = _even(width * self.scale), _even(height * self.scale)

@@ -22,7 +22,6 @@ from pcnet3d.pipeline.core.frames import IMAGE as _IMAGE
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, remap
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.core.take import Take
-from pcnet3d.pipeline.files.video_frames import shown_size
 from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -247,7 +246,7 @@ def _real() -> Iterator[tuple[str, Given]]:
     seen = np.load(data / "real/pose2sim/truth.npz")
     for film in sorted((data / "real/pose2sim").glob("*.mp4")):
         points = seen[f"openpose_body25b_{film.stem}"][:, :17].astype(float)
-        words = {"fps": 60.0, "image_size": shown_size(read_video(film))}
+        words = {"fps": 60.0, "image_size": read_video(film).size}
         given = Given(np.arange(len(points)), points, words=words)
         yield f"balancing, OpenPose, {film.stem}", given
         yield f"balancing, OpenPose and lifted, {film.stem}", _lifted(given)

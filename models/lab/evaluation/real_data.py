@@ -16,7 +16,6 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
 from ....pipeline.files.arrays import load_all
-from ....pipeline.files.video_frames import shown_size
 from ....pipeline.reading.choose import choose_person
 from ....pipeline.reading.load import read_video
 from ....pipeline.running.progress import each
@@ -58,7 +57,7 @@ def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
         world = rotate(R_camera_from_world.T, joints)
         truth = SeenTake(
             keypoints=keypoints,
-            image_size=shown_size(video),
+            image_size=video.size,
             focal_px=float(said["focal_px"].mean()),
             joints_camera=joints,
             R_camera_from_body=R_camera_from_world @ R_world_from_body(world),

@@ -106,7 +106,7 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
     [
         (("0", "1"), {}, r"no person.*0: .*mirrored.*1: "),
         ((), {"person_id": "P-07"}, r"read\.person_id"),
-        ((), {"stature": 1.7}, "A stature is for one person"),
+        ((), {"stature": 1.7}, "--stature is for one person"),
         ((), {"settings": ["rectify=off"]}, "needs rectified"),
     ],
 )
