@@ -10,7 +10,7 @@ import sys
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -59,22 +59,13 @@ def load(path: Path, *shapes: Shape, key: str | None = None, limit: int | None =
     a missing key, for Python objects (which would have to be unpickled), for anything but numbers, and for
     another shape. The header is compared with the file's size before anything is allocated.
     """
-    where = f"{path}" if key is None else f"{path}, array '{key}'"
-    with damage_reported(path), opened(path, key) as (stream, size):
-        shape, fortran_order, dtype = header(stream, where)
-        _check_kind(dtype, "fiu", where)
-        if shapes and not any(fits(shape, wanted) for wanted in shapes):
-            raise InputError(
-                "wrong-content",
-                f"{where}: expected an array of shape {' or '.join(map(in_words, shapes))}, got {shape}; "
-                "check that this is the right file and adapter.",
-            )
-        if 0 in shape:
-            raise InputError(
-                "nothing-usable",
-                f"{where}: expected frames, got an array of shape {shape}, which holds none.",
-            )
-        return _data(stream, size, shape, fortran_order, dtype, where, limit)
+    array = _read(path, key, "fiu", shapes, limit)
+    if not array.size:
+        raise InputError(
+            "nothing-usable",
+            f"{path}: expected frames, got an array of shape {array.shape}, which holds none.",
+        )
+    return array
 
 
 def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
@@ -92,14 +83,7 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
                 f"{', '.join(missing)} is missing.",
             )
         _check_archive(path, names)
-        arrays = {}
-        for name in names:
-            where = f"{path}, array '{name}'"
-            with opened(path, name) as (stream, size):
-                shape, fortran_order, dtype = header(stream, where)
-                _check_kind(dtype, "fiubU", where)
-                arrays[name] = _data(stream, size, shape, fortran_order, dtype, where)
-        return arrays
+    return {name: _read(path, name, "fiubU") for name in names}
 
 
 def write_arrays(path: Path, **arrays: Any) -> None:
@@ -121,50 +105,50 @@ def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dty
     return shape, fortran_order, dtype
 
 
-def _check_kind(dtype: np.dtype, kinds: str, where: str) -> None:
-    if dtype.hasobject:
-        raise InputError(
-            "unsafe",
-            f"{where}: expected an array of numbers, got Python objects, which could run a stranger's code when "
-            "unpickled; save it as a plain float array.",
-        )
-    if dtype.kind not in kinds:
-        raise InputError(
-            "wrong-content", f"{where}: expected an array of numbers, got {dtype}; save it as a float array."
-        )
-
-
-def _data(
-    stream: IO[bytes],
-    size: int,
-    shape: tuple[int, ...],
-    fortran_order: bool,
-    dtype: np.dtype,
-    where: str,
-    limit: int | None = None,
+def _read(
+    path: Path, key: str | None, kinds: str, shapes: Sequence[Shape] = (), limit: int | None = None
 ) -> np.ndarray:
-    """The numbers behind a header, or the first rows of `load`'s limit. InputError, before anything is allocated, when
-    the file has not just as many as the header says."""
-    promised, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
-    if promised != held or min(shape, default=0) < 0:
-        raise InputError(
-            "file-damaged",
-            f"{where}: its header promises {promised} bytes of data for shape {shape}, the file holds {held}; "
-            "it was cut short or is damaged, so write or copy it again.",
-        )
-    if not promised:
-        return np.zeros(shape, dtype)
-    wanted = -1  # to the end, where an archive's checksum is compared
-    if limit is not None and not fortran_order:
-        shape = _beginning(shape, limit // dtype.itemsize)
-        wanted = math.prod(shape) * dtype.itemsize
-    array = np.frombuffer(stream.read(wanted), dtype)
-    if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
-        raise InputError(
-            "file-damaged",
-            f"{where}: its texts contain bytes that are not characters; the file is damaged, copy it again.",
-        )
-    return array.reshape(shape, order="F" if fortran_order else "C")
+    """As `load`, of dtypes of these kinds."""
+    where = f"{path}" if key is None else f"{path}, array '{key}'"
+    with damage_reported(path), opened(path, key) as (stream, size):
+        shape, fortran_order, dtype = header(stream, where)
+        if dtype.hasobject:
+            raise InputError(
+                "unsafe",
+                f"{where}: expected an array of numbers, got Python objects, which could run a stranger's code when "
+                "unpickled; save it as a plain float array.",
+            )
+        if dtype.kind not in kinds:
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected an array of numbers, got {dtype}; save it as a float array.",
+            )
+        if shapes and not any(fits(shape, wanted) for wanted in shapes):
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected an array of shape {' or '.join(map(in_words, shapes))}, got {shape}; "
+                "check that this is the right file and adapter.",
+            )
+        promised, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
+        if promised != held or min(shape, default=0) < 0:
+            raise InputError(
+                "file-damaged",
+                f"{where}: its header promises {promised} bytes of data for shape {shape}, the file holds {held}; "
+                "it was cut short or is damaged, so write or copy it again.",
+            )
+        if not promised:
+            return np.zeros(shape, dtype)
+        wanted = -1  # to the end, where an archive's checksum is compared
+        if limit is not None and not fortran_order:
+            shape = _beginning(shape, limit // dtype.itemsize)
+            wanted = math.prod(shape) * dtype.itemsize
+        array = np.frombuffer(stream.read(wanted), dtype)
+        if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
+            raise InputError(
+                "file-damaged",
+                f"{where}: its texts contain bytes that are not characters; the file is damaged, copy it again.",
+            )
+        return array.reshape(shape, order="F" if fortran_order else "C")
 
 
 def _beginning(shape: tuple[int, ...], count: int) -> tuple[int, ...]:
