@@ -51,7 +51,7 @@ _SOURCES = {
     "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
     "floor": "the floor under the feet",
 }  # fmt: skip
-_OTHERS = ("person-chosen", "lost-and-found", "joined-again")  # without them there is one person
+_OTHERS = ("person-chosen", "joined-again")  # without them there is one person
 _MOSTLY = 0.5  # share of the frames that have all joints
 
 

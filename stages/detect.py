@@ -17,10 +17,10 @@ from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import Detections, listed, load_detections
+from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
-from ..pipeline.reading.again import first_names, joined, may_be
+from ..pipeline.reading.again import first_names, joined
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
 from ..pipeline.signals.swaps import treated
@@ -93,23 +93,16 @@ class Detect:
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
         alone = [notice("others-missed")] if isinstance(detector, Follower) else []
-        return take.saying(*alone, *_notices(detections, people, chosen, video.size), *doubts, *swapped)
+        return take.saying(*alone, *_notices(detections, chosen), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
             found.save(self.checkpoint)
 
 
-def _notices(
-    detections: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
-) -> list[Notice]:
-    """What the user should know about who was found where. size: the image's width and height."""
+def _notices(detections: Detections, chosen: PoseSequence) -> list[Notice]:
+    """What the user should know about who was found where."""
     notices = [*chosen.notices, *detections.doubts(chosen)]
-    others = sorted((track for track in people if track.person != chosen.person), key=len, reverse=True)
-    again = [track for track in others if may_be(track, chosen, size)]
-    if again:
-        whose = {"again": listed([track.person for track in again]), "frames": sum(map(len, again))}
-        notices.append(notice("lost-and-found", **whose, person=chosen.person))
     if detections.frames_seen < detections.frames:
         notices.append(notice("interrupted", frame=detections.frames_seen, frames=detections.frames))
     return notices

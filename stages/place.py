@@ -51,12 +51,12 @@ class Place:
             return take
         camera = _camera(take)
         if reason := _why_not(poses, keypoints, take.moving, camera):
-            return take.saying(_nowhere(reason))
+            return take.saying(notice("not-placed", reason=reason))
         assert keypoints is not None  # or there is a reason
         assert camera is not None
         path = pelvis_path(poses, keypoints, camera)
         if path is None or not is_finite(path.root).any():
-            return take.saying(_nowhere("too few joints were seen"))
+            return take.saying(notice("not-placed", reason="too few joints were seen"))
         focal_sd = round(path.focal_sd, 3)
         growth = path.growth[:, None, None]
         placed = poses.with_(
@@ -100,10 +100,6 @@ def _why_not(
     if camera is None:
         return "the image's size is not known (--set read.image_size=WIDTHxHEIGHT)"
     return None
-
-
-def _nowhere(reason: str) -> Notice:
-    return notice("not-placed", reason=reason)
 
 
 def _said(

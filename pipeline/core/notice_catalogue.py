@@ -102,8 +102,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "At frame {frame} one person is lost and another found: it may be the same person under another number."),
     "joined-again": ("note", "files",
         "Person {person} was out of view and came back as {again}: taken for the same by place, size and look."),
-    "lost-and-found": ("warning", "files",
-        "Person {again} may be {person} again; {frames:~frame} under that number {frames:?is/are} left out."),
     "hardly-a-person": ("warning", "view",
         "Person {person} may not be a person: {reason}. Look at the key frames."),
     "interrupted": ("warning", "files",

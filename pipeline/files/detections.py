@@ -65,11 +65,6 @@ class Detections:
     repeated: np.ndarray
     change: np.ndarray
 
-    @property
-    def video_sha256(self) -> str:
-        """Of the video in whose images these were found; "" where `source` does not begin with one."""
-        return self.source.partition(" ")[0]
-
     def doubts(self, person: PoseSequence) -> list[Notice]:
         """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
         doubts = self._hardly_anybody(person)
@@ -151,7 +146,7 @@ class Detections:
                 person=str(person),
                 scene=scenes[person],
                 made_by=MadeBy("estimated", self.method),
-                detected_in=self.video_sha256,
+                detected_in=self.source.partition(" ")[0],
             ).noted(
                 "detect",
                 detector=self.method,

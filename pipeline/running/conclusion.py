@@ -16,8 +16,8 @@ from ..reading.take import Person
 from ..sentences import answer, exit_code, length_of, trusted
 
 _MOST = 3  # notices of a command; the rest is in the report
-_FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result
-_SAID_BEFORE = (*_FIRST, "not-levelled")  # or in the verdict
+_FIRST = "person-chosen"  # who was visible and left out comes before the result
+_SAID_BEFORE = (_FIRST, "not-levelled")  # or in the verdict
 _SAID = (
     "note",
     "repair",
@@ -36,7 +36,7 @@ def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, with
             f"Exit code {code}, as --strict asks." if strict else f"--strict makes the exit code {code}."
         )
         for each in take.notices:
-            if each.code in _FIRST:
+            if each.code == _FIRST:
                 print(f"{who}{each.text}")
         print(f"{who}{' '.join([f'{length_of(take)}.', *answer(take)])}")
         if doubts := " ".join(filter(None, [trusted(take), strictly * bool(code)])):

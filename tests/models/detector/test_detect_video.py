@@ -268,7 +268,6 @@ def test_the_longest_track_is_taken_unless_another_is_named(seeing):
     chosen = default.notices[0]
     assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "1 (frames 5 to 39)")
     assert not any(each.code == "others-missed" for each in default.notices)
-    assert not any(each.code == "lost-and-found" for each in default.notices)
     assert not any(each.code == "interrupted" for each in default.notices)
     named = Detect()(take.telling(person="1"))
     assert (named.keypoints.person, len(named.keypoints)) == ("1", 35)
@@ -301,7 +300,7 @@ def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tm
     kept = {path.name for path in (tmp_path / "out").iterdir()}
     assert kept == {"0", "1", "keypoints.npz", "summary.json"}
     assert not any(path.name.startswith(".") for path in tmp_path.iterdir())
-    with refused("option-conflict", "--person 0"):
+    with refused("option-conflict", "--person is for one person"):
         run_people(options.with_(person="0"), tmp_path / "other")
 
 

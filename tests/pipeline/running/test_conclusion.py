@@ -153,7 +153,7 @@ def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
     """Half of a video was left out, and the first line said how long the rest was."""
     frames = len(take.poses)
     whole = Video(Path("film.mp4"), 320, 240, np.arange(2 * frames) / 30, "h264")
-    part = take.with_(video=whole).saying(notice("lost-and-found", person="0", again="2", frames=frames))
+    part = take.with_(video=whole).saying(notice("joined-again", person="0", again="2"))
     assert f"{frames} of the {2 * frames} frames of the video (50 %)" in length_of(part)
     assert length_of(part).endswith(", person 0")
     assert "video" not in length_of(take.with_(video=replace(whole, part=(0, frames - 1))))
