@@ -13,7 +13,7 @@ from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
 from ..reading.take import Person
-from ..sentences import answer, exit_code, length_of, trusted
+from .sentences import answer, exit_code, length_of, trusted
 
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = "person-chosen"  # who was visible and left out comes before the result

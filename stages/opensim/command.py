@@ -18,7 +18,7 @@ from ...pipeline.files.atomic import REPORT, add_to_list, whole_folder, write_js
 from ...pipeline.files.digest import sha256
 from ...pipeline.files.finished import read_run
 from ...pipeline.reading.settings import Force
-from ...pipeline.sentences import trusted
+from ...pipeline.running.sentences import trusted
 from ..drawing.page import bullets, with_section
 from ..export.markers import COORDINATES, OPENSIM, markers, write_motion, write_trc
 from .model import Solved, follow, opensim

@@ -12,7 +12,7 @@ from ...pipeline.core.figures import COMPARED, FIGURES, WITHHELD, label_of
 from ...pipeline.core.measures import Measures, half_bar
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
-from ...pipeline.sentences import spread
+from ...pipeline.running.sentences import spread
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import BAND, SIDES, SLICES, Curve, over_time, sides

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, SUMMARY
-from ...pipeline.sentences import camera_motion, camera_words, length_of, up_rests_on, up_words
+from ...pipeline.running.sentences import camera_motion, camera_words, length_of, up_rests_on, up_words
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
 from ..drawing.provenance import provenance
 

@@ -15,8 +15,8 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.sentences import NINE_IN_TEN, headlines
-from ...pipeline.sentences import answer as answered
+from ...pipeline.running.sentences import NINE_IN_TEN, headlines
+from ...pipeline.running.sentences import answer as answered
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import Tile, answer, charts, figure, page, picture, small, tiles
 from .angles import angle_charts, ranges, sides_compared

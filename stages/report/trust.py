@@ -12,7 +12,7 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.notices import grave
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
-from ...pipeline.sentences import ERRORS_OF_ANGLES, poses_are, up_bound, up_rests_on, up_words
+from ...pipeline.running.sentences import ERRORS_OF_ANGLES, poses_are, up_bound, up_rests_on, up_words
 from ...pipeline.signals.angles import ANGLES
 from ...pipeline.signals.checks import moves, nobody_upright
 from ...pipeline.signals.filters import stretches

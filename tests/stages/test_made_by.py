@@ -16,7 +16,7 @@ from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
-from pcnet3d.pipeline.sentences import ERRORS_OF_ANGLES, trusted
+from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES, trusted
 from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.lift import Lift

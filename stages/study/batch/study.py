@@ -22,7 +22,7 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
-from ....pipeline.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
+from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
 from ....pipeline.signals.checks import bone_spread
 from ...drawing.facts import mean
 from ...drawing.page import Cell, Link, Number, answer, box, heading, joined, page, small, table

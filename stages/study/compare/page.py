@@ -10,7 +10,7 @@ from markupsafe import Markup
 from ....pipeline.core.figures import label_of
 from ....pipeline.core.measures import SD_90, with_bar
 from ....pipeline.core.pose import package_version
-from ....pipeline.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
+from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table

@@ -17,7 +17,7 @@ from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.running.conclusion import conclude, point_to
-from pcnet3d.pipeline.sentences import exit_code, length_of, trusted
+from pcnet3d.pipeline.running.sentences import exit_code, length_of, trusted
 from pcnet3d.stages import rectify
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.rectify import Rectify

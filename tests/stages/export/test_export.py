@@ -14,7 +14,7 @@ from pcnet3d.pipeline.core.messages import bound_in_words
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 from pcnet3d.pipeline.core.take import Session
-from pcnet3d.pipeline.sentences import trusted, up_bound
+from pcnet3d.pipeline.running.sentences import trusted, up_bound
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

@@ -9,7 +9,7 @@ from golden.walks import STAGES, filmed, measured, remeasured
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence
 from pcnet3d.pipeline.core.measures import nested
-from pcnet3d.pipeline.sentences import answer
+from pcnet3d.pipeline.running.sentences import answer
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.norms import UNCERTAIN
 from pcnet3d.stages.measures.stage import Measures

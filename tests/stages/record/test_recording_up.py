@@ -9,7 +9,7 @@ import pytest
 from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
 from pcnet3d.pipeline.core.camera import Camera, Look, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
-from pcnet3d.pipeline.sentences import camera_words, up_rests_on, up_words
+from pcnet3d.pipeline.running.sentences import camera_words, up_rests_on, up_words
 from pcnet3d.stages.drawing.image_lines import horizon
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.report.stage import report

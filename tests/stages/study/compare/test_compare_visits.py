@@ -13,7 +13,7 @@ from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.sentences import ERRORS_OF_ANGLES
+from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .core.camera import pitch_roll_deg
-from .core.figures import UNITS, label_of
-from .core.measures import Measure, Measures
-from .core.messages import bound_in_words, how_many, rate_in_words
-from .core.notices import EXIT_CODES, grave, verdict
-from .core.pose import Rectified
-from .core.rotations import rotate
-from .core.take import AngleErrors, Take
-from .signals.checks import nobody_upright, whole_rows
+from ..core.camera import pitch_roll_deg
+from ..core.figures import UNITS, label_of
+from ..core.measures import Measure, Measures
+from ..core.messages import bound_in_words, how_many, rate_in_words
+from ..core.notices import EXIT_CODES, grave, verdict
+from ..core.pose import Rectified
+from ..core.rotations import rotate
+from ..core.take import AngleErrors, Take
+from ..signals.checks import nobody_upright, whole_rows
 
 _MOST_WORDS, _MOST_FIGURES = 60, 6
 _AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: half of the way up or down

@@ -5,7 +5,7 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
-from pcnet3d.pipeline.sentences import _JOINTS, answer, headlines
+from pcnet3d.pipeline.running.sentences import _JOINTS, answer, headlines
 
 KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "p05_error_deg": 7.3, "p95_error_deg": 7.3}
 RANGES = {
