@@ -43,14 +43,12 @@ _HEELS_S = 0.14  # in which the heels rise before the toes leave, and sink after
 
 @dataclass(frozen=True)
 class ToeJump:
-    """world: (T, 17, 3) metres, z up. off_s, land_s: when the toes leave the floor and meet it. rise_m: of the centre
-    of mass, after the toes have left."""
+    """world: (T, 17, 3) metres, z up. off_s, land_s: when the toes leave the floor and meet it."""
 
     world: np.ndarray
     time_s: np.ndarray
     off_s: float
     land_s: float
-    rise_m: float
 
 
 def toe_jump(
@@ -87,7 +85,7 @@ def toe_jump(
         heels = turned[end] * max(1 - floor_s / min(_HEELS_S, push_s / 2), 0)
         lean = brentq(lambda lean, heels=heels, centre=centre: _over_balls(lean, heels) - centre, 0, 1.4)
         bodies.append(posed(lean, heels))
-    return ToeJump(np.array(bodies), time_s, apex_s - air_s[0], apex_s + air_s[1], high_m)
+    return ToeJump(np.array(bodies), time_s, apex_s - air_s[0], apex_s + air_s[1])
 
 
 def posed(lean: float, heels: float) -> np.ndarray:

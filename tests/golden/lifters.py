@@ -61,12 +61,6 @@ def box_of(person: int, frame: int) -> list[float]:
     return [left, 50.0, left + 120, 400.0]
 
 
-def squatting(bodies: np.ndarray) -> np.ndarray:
-    """The same bodies, which also squat, so that the lowest joint is not always as low."""
-    squat = 1 - 0.2 * np.sin(np.arange(len(bodies)) / 40)[:, None] ** 2
-    return np.stack([bodies[..., 0], bodies[..., 1] * squat, bodies[..., 2]], axis=-1)
-
-
 def x3d(bodies: np.ndarray) -> np.ndarray:
     """MotionBERT's X3D.npy: the pelvis moves, and its depth is 0 in the first frame of each clip of 243."""
     time = np.arange(len(bodies))
