@@ -47,9 +47,7 @@ from ..mocap.clips import Clip, lying
 from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
 
-KINDS = ("same tripod", "set up again", "elsewhere")  # of two visits
-# Of what an error is: of a range, and of a difference, also within one visit.
-Kind = Literal["range", "same tripod", "set up again", "elsewhere", "sides", "repetitions"]
+Kind = Between | Literal["range"]  # of what an error is: of a difference, or of a range
 Kinds = Mapping[str, Sequence[Stated]]  # what is stated, by kind
 _DRAWS = 2  # of cameras and detectors
 _RANGE = "range_of_motion."
@@ -68,17 +66,18 @@ _CONFIGURATIONS = [
 
 
 def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[tuple[Kind, Stated]]:
-    """The figures of every kind of pair of a clip, of which the first visit is the same in all; and of every run the
-    pairs within it and its ranges (`_within`)."""
+    """The figures of a clip's pairs of visits, of which the first is the same in all: "again" from the same tripod and
+    from one that was set up again, and "elsewhere"; and of every run the pairs within it and its ranges (`_within`)."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
     world = torch.from_numpy(clip.joints[None].astype(np.float64))
     views = BEDS[configuration.bed]
     first = place(world, NumpyDraw(rng), views)
-    cameras = (first, set_up_again(first, world, rng), elsewhere(first, world, rng, views))
+    again, other = set_up_again(first, world, rng), elsewhere(first, world, rng, views)
     before, true = _run(clip, first, configuration, seed)
     figures = _figures(before, true, clip)
     yield from _within(before, true, clip)
-    for kind, camera in zip(KINDS, cameras, strict=True):
+    pairs: list[tuple[Kind, Cameras]] = [("again", first), ("again", again), ("elsewhere", other)]
+    for kind, camera in pairs:
         after, true = _run(clip, camera, configuration, _AGAIN + seed)
         yield from _within(after, true, clip)
         for place_of, other in _figures(after, true, clip).items():
@@ -243,10 +242,7 @@ def with_ranges(kinds: Kinds, of_ranges: Mapping[str, float]) -> Kinds:
 def factors(kinds: Kinds) -> dict[Between, dict[str, float]]:
     """{Between: {figure: factor}}. A figure of few people and pairs has that of all of its kind, and none where they
     are few too."""
-    again = [pair for kind in ("same tripod", "set up again") for pair in kinds.get(kind, ())]
-    return {
-        place: _factors(again if place == "again" else kinds.get(place, ())) for place in get_args(Between)
-    }
+    return {place: _factors(kinds.get(place, ())) for place in get_args(Between)}
 
 
 def _factors(pairs: Sequence[Stated]) -> dict[str, float]:
