@@ -30,7 +30,6 @@ from .mocap.mmfi import PROTOCOLS
 if TYPE_CHECKING:
     from .training.rectifier import PCNet
 
-_CHUNK = 1024
 # Every so many people of those to train on choose the best weights; the toolbox has no such part.
 _VALIDATED = 10
 
@@ -116,14 +115,12 @@ def judge_net(net: PCNet, takes: Sequence[Take], symmetric: bool) -> dict[str, A
     whole: list[OfTake] = []
     bare: list[OfTake] = []
     for take in takes:
-        for start in range(0, len(take.R), _CHUNK):
-            part = take.some(slice(start, start + _CHUNK))
-            joints = torch.from_numpy(part.joints.astype(np.float32))
-            valid = torch.ones(joints.shape[:2])
-            with torch.no_grad():
-                R, error_deg = (x.double().numpy() for x in deployed(joints, valid))
-                answer = net(joints, valid)
-                pose = turned(answer.R, answer.canonical).double().numpy()
-            whole.append(compare(part, R, error_deg, rotate(transpose(R), pose)))
-            bare.append(compare(part, R, error_deg, rotate(transpose(R), part.joints.astype(np.float64))))
+        joints = torch.from_numpy(take.joints.astype(np.float32))
+        valid = torch.ones(joints.shape[:2])
+        with torch.no_grad():
+            R, error_deg = (x.double().numpy() for x in deployed(joints, valid))
+            answer = net(joints, valid)
+            pose = turned(answer.R, answer.canonical).double().numpy()
+        whole.append(compare(take, R, error_deg, rotate(transpose(R), pose)))
+        bare.append(compare(take, R, error_deg, rotate(transpose(R), take.joints.astype(np.float64))))
     return {**row(whole), "turned only": row(bare)["mpjpe"]}

@@ -84,11 +84,8 @@ def evaluate(
     device: OnDevice = "auto",
 ) -> None:
     """Test lifters, rectifiers and later stages where the truth is known."""
-    options = {
-        "lifter": lifter, "rectifier": rectifier, "sets": sets, "because": because, "bed": bed, "seed": seed,
-        "part": part, "fit": fit, "errors": errors, "data": data, "split": split, "targets": targets,
-    }  # fmt: skip
-    asked = _asked(report, {name: value for name, value in options.items() if value is not None})
+    options = {name: given for name, given in locals().items() if name not in ("report", "output", "device")}
+    asked = _asked(report, {name: given for name, given in options.items() if given is not None})
     of = REPORTS[report]
     refuse_unwritable(output)
     module = import_module(of.module, __package__)

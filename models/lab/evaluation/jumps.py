@@ -9,7 +9,7 @@ ones is invented only where the captured ankles do not leave the floor.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Any
 
@@ -54,11 +54,11 @@ class Compared:
     """Of a take: how many `true` flights there are, which are `found`, every figure of these, how many other `hops`
     were found, and when those that are `invented`."""
 
-    true: int = 0
-    found: int = 0
-    cases: list[Case] = field(default_factory=list)
-    hops: int = 0
-    invented: list[float] = field(default_factory=list)
+    true: int
+    found: int
+    cases: list[Case]
+    hops: int
+    invented: list[float]
 
 
 def true_flights(truth: SeenTake) -> list[Flight]:
@@ -84,26 +84,23 @@ def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
 
 def compared(take: Take, truth: SeenTake) -> Compared:
     """The jumps that a take's measures have, against the true ones; of both the error of each figure."""
-    stature = implied_stature(truth.truth)
-    true, result = true_flights(truth), Compared()
+    stature, true = implied_stature(truth.truth), true_flights(truth)
     jumps = take.figures.group("jumps")
-    starts = jumps.times("start")
     times = {one.number: one.value for one in jumps.repetitions("flight_time")}
-    spans = [(start, start + times[i]) for i, start in enumerate(starts)]
-    at = {i: _of(true, span) for i, span in enumerate(spans)}
-    result.true, result.found = len(true), len({id(one) for one in at.values() if one is not None})
-    others = [span for i, span in enumerate(spans) if at[i] is None]
-    result.invented = [round(span[0], 2) for span in others if not _off_floor(truth, span, stature)]
-    result.hops = len(others) - len(result.invented)
+    spans = [(start, start + times[i]) for i, start in enumerate(jumps.times("start"))]
+    at = [_of(true, span) for span in spans]
+    others = [span for span, flight in zip(spans, at, strict=True) if flight is None]
+    invented = [round(span[0], 2) for span in others if not _off_floor(truth, span, stature)]
+    cases = []
     for statement, (name, factor) in _FIGURES.items():
         for row in jumps.repetitions(name):
-            assert row.number is not None
-            flight = at[row.number]
+            flight = at[row.number or 0]
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
                 half = SD_90 * factor * (np.nan if row.error is None else row.error)
-                result.cases.append(Case(statement, factor * row.value, factor * value, half))
-    return result
+                cases.append(Case(statement, factor * row.value, factor * value, half))
+    found = {id(flight) for flight in at if flight is not None}
+    return Compared(len(true), len(found), cases, len(others) - len(invented), invented)
 
 
 def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -> float | None:

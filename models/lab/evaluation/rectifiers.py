@@ -42,8 +42,8 @@ class Take:
     lying: np.ndarray
     person: str = ""
 
-    def some(self, rows: np.ndarray | slice) -> Take:
-        """The take with some of its frames: a mask (T,), or a slice."""
+    def some(self, rows: np.ndarray) -> Take:
+        """The take with the frames of a mask (T,) alone."""
         return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.person)
 
 

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+import torch
 
 from pcnet3d.models.lab.common.metrics import procrustes_error
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes
+from pcnet3d.models.lab.mmfi import judge_net
+from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
 from pcnet3d.pipeline import H36M17
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.mmfi import judge_net  # noqa: E402
-from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet  # noqa: E402
 
 
 class Telling(PCNet):

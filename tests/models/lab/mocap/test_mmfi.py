@@ -58,8 +58,6 @@ def test_what_mm_fi_does_not_have_and_options_that_contradict_what_is_known(mmfi
 @pytest.fixture
 def commands(mmfi_tree):
     """The module of the command, and a tree of five people."""
-    pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-    pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
     from pcnet3d.models.lab import mmfi
 
     return mmfi, mmfi_tree({subject: ["A01", "A13", "A14"] for subject in PEOPLE})

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+import torch
 
 from golden.bodies import bone_lengths
+from pcnet3d.models.lab.synthetic import bodies
+from pcnet3d.models.lab.synthetic.bodies import BodyRange, mirror, resize
+from pcnet3d.models.lab.synthetic.draw import NumpyDraw
 from pcnet3d.pipeline import H36M17
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.synthetic import bodies  # noqa: E402
-from pcnet3d.models.lab.synthetic.bodies import BodyRange, mirror, resize  # noqa: E402
-from pcnet3d.models.lab.synthetic.draw import NumpyDraw  # noqa: E402
 
 BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 LOWER = H36M17.indices(("pelvis", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle"))

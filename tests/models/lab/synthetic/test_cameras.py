@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+import torch
 
 from golden.bodies import facing_camera
+from pcnet3d.models.lab.synthetic import cameras as module
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
+from pcnet3d.models.lab.synthetic.draw import Draw, NumpyDraw
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.layouts import LIMBS
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.synthetic import cameras as module  # noqa: E402
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place  # noqa: E402
-from pcnet3d.models.lab.synthetic.draw import Draw, NumpyDraw  # noqa: E402
 
 ROWS = np.array(module.PLACES)
 

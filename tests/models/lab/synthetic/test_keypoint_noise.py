@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+import torch
 
 from golden.bodies import facing_camera
+from pcnet3d.models.lab.synthetic import keypoint_noise
+from pcnet3d.models.lab.synthetic.draw import Draw, NumpyDraw
+from pcnet3d.models.lab.synthetic.keypoint_noise import Noise, Spoilt, hidden_joints, in_profile
 from pcnet3d.pipeline import H36M17
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.synthetic import keypoint_noise  # noqa: E402
-from pcnet3d.models.lab.synthetic.draw import Draw, NumpyDraw  # noqa: E402
-from pcnet3d.models.lab.synthetic.keypoint_noise import Noise, Spoilt, hidden_joints, in_profile  # noqa: E402
 
 GAUSSIAN = Noise(outliers=0, swap_rate=0, missing_rate=0, absent_rate=0)
 NOTHING = Noise(std=1e-6, outliers=0, swap_rate=0, missing_rate=0, absent_rate=0)

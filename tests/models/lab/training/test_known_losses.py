@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 from pcnet3d.models.lab.training import lifter, rectifier
 
 SAMPLE = Path(__file__).parents[3] / "data"

@@ -6,25 +6,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from golden.trainings import LIFTER, three_people, tiny
 from pcnet3d.models.lab.mocap.clips import Clip, lying
 from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
+from pcnet3d.models.lab.synthetic.draw import Draw
+from pcnet3d.models.lab.synthetic.keypoint_noise import EXACT_KEYPOINTS
 from pcnet3d.models.lab.train import train
+from pcnet3d.models.lab.training import lifter as module
+from pcnet3d.models.lab.training.lifter import Batch, LifterNet, Material, NetConfig, Windows
 from pcnet3d.models.lifter import features as run_time
 from pcnet3d.models.lifter.builtin import network
 from pcnet3d.models.lifter.builtin import run as lift_features
 from pcnet3d.models.lifter.features import CHANNELS
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from refusals import refused
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.lifter")
-from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.keypoint_noise import EXACT_KEYPOINTS  # noqa: E402
-from pcnet3d.models.lab.training.lifter import Batch, LifterNet, Material, NetConfig, Windows  # noqa: E402
 
 LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)

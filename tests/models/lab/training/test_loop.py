@@ -6,14 +6,13 @@ import zipfile
 
 import numpy as np
 import pytest
+import torch
 
+from golden.checkpoints import read_checkpoint, same
+from golden.pickles import Trap
+from pcnet3d.models.lab.training import loop as module
 from pcnet3d.pipeline import InputError
 from refusals import refused
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.loop")
-from golden.checkpoints import read_checkpoint, same  # noqa: E402
-from golden.pickles import Trap  # noqa: E402
 
 SCHEDULE = {
     "steps": 10, "rate": 0.01, "warmup": 2, "cooldown": 0.4, "weight_decay": 0.1, "average": 0.9, "every": 4,

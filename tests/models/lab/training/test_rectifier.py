@@ -8,6 +8,7 @@ from importlib.resources import files
 import numpy as np
 import onnxruntime
 import pytest
+import torch
 from scipy.spatial.transform import Rotation
 
 from golden.bodies import bone_lengths
@@ -16,20 +17,17 @@ from golden.trainings import tiny
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lab.mocap.convert import write_mocap
+from pcnet3d.models.lab.synthetic.draw import Draw
+from pcnet3d.models.lab.synthetic.poses import PoseRange, posed
 from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.models.lab.train import train
+from pcnet3d.models.lab.training import rectifier as module
+from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
 from pcnet3d.models.rectifier.onnx import PCNetRectifier
 from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from pcnet3d.pipeline.running.recipe import load_toml
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.rectifier")
-from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.poses import PoseRange, posed  # noqa: E402
-from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet  # noqa: E402
 
 SMALL = {"width": 16, "output": 24, "heads": 2}
 EVERY = [NetConfig(residual=residual, align=residual == "off", **SMALL) for residual in ("off", "free")]
