@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from ...pipeline.core.errors import InputError, needed_for
+from ...pipeline.plugins.removed import refuse_removed
 from ...pipeline.running.recipe import load_toml
 from .common.config import checked
 
@@ -36,6 +37,9 @@ def read_config(path: Path) -> tuple[Any, Any]:
         from .training import lifter, rectifier
     trainers = {"lifter": lifter, "pcnet": rectifier}
     content = load_toml(path, "a training config")
+    for key, value in content.items():
+        inner = value if isinstance(value, dict) else ()
+        refuse_removed("training", key, *(f"{key}.{name}" for name in inner))
     kind = str(content.get("kind", "lifter"))
     if kind not in trainers:
         raise InputError("bad-value", f"{path}: expected a kind of {', '.join(trainers)}; got '{kind}'.")

@@ -6,6 +6,8 @@ import pcnet3d
 from commands import pcnet3d as typed
 from commands import refused
 from pcnet3d.models.lab.evaluation.evaluate import REPORTS
+from pcnet3d.models.lab.training import lifter
+from pcnet3d.models.lab.training.rectifier import NetConfig
 from pcnet3d.pipeline import RunOptions
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.plugins import registry
@@ -36,7 +38,7 @@ def here(tmp_path, save, facing_camera):
     return tmp_path
 
 
-@pytest.mark.parametrize(("kind", "name"), [row for row in ROWS if row[0] != "names"], ids=lambda text: text)
+@pytest.mark.parametrize(("kind", "name"), [row for row in ROWS if row[0] in LINES], ids=lambda text: text)
 def test_a_removed_name_is_refused_before_anything_is_written(kind, name, here):
     refused(
         typed(*LINES[kind](name), cwd=here, COLUMNS="10000"), f"{name} was removed: {removed()[kind][name]}."
@@ -58,14 +60,18 @@ def test_nothing_that_is_there_is_in_the_table():
         "settings": {f"{stage}.{key}" for stage, keys in options.items() for key in keys}
         | {f"read.{name}" for name in reading_options()},
         "reports": REPORTS,
+        "training": {*lifter.TrainConfig.model_fields, *(f"net.{key}" for key in NetConfig.__annotations__)},
         "names": pcnet3d.__all__,
     }
     assert not [(kind, name) for kind, name in ROWS if name in there[kind]]
 
 
-def test_recipes_and_python_are_told_too(here):
+def test_recipes_configs_and_python_are_told_too(here):
     (here / "recipe.toml").write_text('[[stages]]\nuse = "detect"\nperson_kind = "x"\n', encoding="utf-8")
     refused(typed(*RUN, "--recipe", "recipe.toml", cwd=here), "detect.person_kind was removed")
+    for name, text in (("weights", "[weights]"), ("net.graph_layers", "[net]\ngraph_layers = 3")):
+        (here / "own.toml").write_text(text, encoding="utf-8")
+        refused(typed("lab", "train", "own.toml", "-o", "out", cwd=here), f"{name} was removed")
     with input_refused("name-unknown", "read.missing was removed"):
         RunOptions(missing="gap")
     with input_refused("name-unknown", "pcnet3d.process"):
