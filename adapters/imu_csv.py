@@ -4,7 +4,7 @@ The first line names the columns, in any order and case; further columns are lef
     time_s   seconds; may be absent when the rate is given
     ax ay az specific force in the sensor's axes, m/s^2 or g (told apart by the mean norm, which is one g)
     qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up
-Commas, semicolons or tabs separate the cells; lines that begin with # are comments; an empty cell or "nan" is missing.
+Lines that begin with # are comments; kit/tables.py says how cells are separated and what is missing.
 
 An accelerometer measures specific force: acceleration minus gravity, so that at rest it reads one g upwards. Rotated by
 the sensor's own orientation into a world whose z points up and less that g, it is the acceleration of the place it is
@@ -25,7 +25,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.rotations import angle_deg, is_finite, rotate, transpose
 from ..pipeline.reading.bounds import check_fps
 from ..pipeline.signals.filters import rate
-from .kit.opened import filled_lines, first_bytes
+from .kit.tables import column_names, read_columns
 
 name = "imu_csv"
 gives = "imu"
@@ -55,7 +55,6 @@ SEGMENTS: dict[str, tuple[str, str, float]] = {
 
 _FORCE = ("ax", "ay", "az")
 _QUATERNION = ("qw", "qx", "qy", "qz")
-_PEEK_BYTES = 4096
 _UNIT_ERROR = 0.05  # printed with few digits, a unit quaternion is still this near to length 1
 _UNITS = {"m/s^2": 1.0, "g": GRAVITY_MPS2, "mg": GRAVITY_MPS2 / 1000}
 # Norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0.
@@ -93,8 +92,7 @@ class Imu:
 
 def sniff(path: Path) -> bool:
     """Whether the first line names the columns of an IMU."""
-    lines = first_bytes(path, _PEEK_BYTES).decode("utf-8-sig", errors="ignore").splitlines()
-    return set(_FORCE) <= set(_names(lines))
+    return set(_FORCE) <= set(column_names(path))
 
 
 def read(
@@ -110,16 +108,16 @@ def read(
     """
     if rate_hz is not None:
         check_fps(rate_hz, "rate_hz", MOST_HZ)
-    lines = [line for line in filled_lines(path, "an IMU's CSV file") if _content(line)]
-    names = _names(lines)
     wanted = (*_FORCE, *_QUATERNION)
-    if not set(wanted) <= set(names):
+    table = read_columns(path, "an IMU's CSV file", ("time_s", *wanted))
+    if not set(wanted) <= table.keys():
         raise InputError(
             "wrong-content",
-            f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}; export the sensor's "
-            "orientation too.",
+            f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(column_names(path)) or 'none'}; export "
+            "the sensor's orientation too.",
         )
-    table = _table(path, lines, names)
+    if len(table["ax"]) < 2:
+        raise InputError("nothing-usable", f"Expected samples of an IMU in {path}, got {len(table['ax'])}.")
     return (
         imu_from_samples(
             _times(path, table, rate_hz),
@@ -127,40 +125,6 @@ def read(
             _rotations(table, maps),
         ),
     )
-
-
-def _content(line: str) -> bool:
-    return bool(line.strip()) and not line.lstrip().startswith("#")
-
-
-def _separator(line: str) -> str:
-    return next((mark for mark in (";", "\t") if mark in line), ",")
-
-
-def _names(lines: list[str]) -> list[str]:
-    header = next((line for line in lines if _content(line)), "")
-    return [cell.strip().strip('"').lower() for cell in header.split(_separator(header))]
-
-
-def _table(path: Path, lines: list[str], names: list[str]) -> dict[str, np.ndarray]:
-    """The columns that an IMU needs, (T,) each."""
-    wanted = [column for column in ("time_s", *_FORCE, *_QUATERNION) if column in names]
-    if len(lines) < 3:
-        raise InputError("nothing-usable", f"Expected samples of an IMU in {path}, got {len(lines) - 1}.")
-    try:
-        columns = np.loadtxt(
-            lines[1:],
-            delimiter=_separator(lines[0]),
-            usecols=[names.index(column) for column in wanted],
-            converters=lambda cell: float(cell.strip() or "nan"),
-            unpack=True,
-        )
-    except ValueError as error:
-        raise InputError(
-            "file-damaged",
-            f"Expected a number in each column of an IMU in {path} ({error}); write or copy the file again.",
-        ) from None
-    return dict(zip(wanted, columns, strict=True))
 
 
 def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> np.ndarray:

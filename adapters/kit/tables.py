@@ -154,16 +154,46 @@ def read_points(
             )
             return _read(kept, header, path, recording)
     except csv.Error:
-        raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
-        ) from None
+        raise _no_table(path, what) from None
+
+
+def _no_table(path: Path, what: str) -> InputError:
+    return InputError("format-unknown", f"Expected {what} in {path}, got a file that is not a text table.")
+
+
+def column_names(path: Path) -> list[str]:
+    """The names in lower case, by the first line that is no comment (#); none of anything else. Never raises."""
+    lines = (line for line in first_lines(path, _PEEK_BYTES) if line.strip() and not line.startswith("#"))
+    first = next(lines, "")
+    try:
+        return [name.lower() for name in _cells(first, _delimiter(first))]
+    except csv.Error:
+        return []
+
+
+def read_columns(path: Path, what: str, wanted: Sequence[str]) -> dict[str, np.ndarray]:
+    """Columns of numbers (T,) by their lower-case names, those of `wanted` that are there, NaN where a cell is missing.
+    Lines that begin with # are comments. InputError, saying that `what` was expected, for a cell that is no number."""
+    names = column_names(path)
+    with opened_text(path, what) as file:
+        lines = [(at, line) for at, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
+    delimiter = _delimiter(lines[0][1]) if lines else ","
+    header = Header(tuple(names), {}, None, None, (), delimiter, 1)
+    try:
+        rows = [(f"{path}, line {at}", _cells(line, delimiter)) for at, line in lines[1:]]
+    except csv.Error:
+        raise _no_table(path, what) from None
+    columns = {name: names.index(name) for name in wanted if name in names}
+    return {
+        name: np.array([_number(row, i, header, where) for where, row in rows]) for name, i in columns.items()
+    }
 
 
 def _header(lines: Sequence[str], names: Names) -> Header | None:
     lines = [line.strip("\r\n") for line in lines if line.strip()]
     if not lines or lines[0].lstrip("\ufeff ")[:1] in "{[":  # JSON, a line of which may have 100,000 commas
         return None
-    delimiter = next((mark for mark in ";\t," if mark in lines[0]), " ")
+    delimiter = _delimiter(lines[0])
     rows = [_cells(line, delimiter) for line in lines[: len(_STACKED) + 1]]
     stacked = [row for row in rows if row and row[0].lower() in _STACKED]
     if stacked:
@@ -173,6 +203,10 @@ def _header(lines: Sequence[str], names: Names) -> Header | None:
         return _named([cells[0].lstrip("# "), *cells[1:]], delimiter, 1)
     column_names = names(len(cells))
     return None if column_names is None else _named(column_names, delimiter, 0)
+
+
+def _delimiter(line: str) -> str:
+    return next((mark for mark in ";\t," if mark in line), " ")
 
 
 def _cells(line: str, delimiter: str) -> list[str]:

@@ -65,7 +65,7 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
         (text.replace("time_s", "clock"), {}, ["r_forearm"], "no column time_s"),
         (text.replace("qw", "q0"), {}, ["r_forearm"], "qw"),
         (text, {}, ["r_forearm", "r_forearm"], "one --segment for each --imu"),
-        (text.replace(lines[5], "a,b"), {}, ["r_forearm"], "could not convert"),
+        (text.replace(lines[5], "a,b"), {}, ["r_forearm"], "expected a number"),
         ("\n".join([lines[0], *lines[:0:-1]]), {}, ["r_forearm"], "increase"),
         (lines[0], {}, ["r_forearm"], "got 0"),
         ("time_s,ax,ay,az\n0,0,0,9.8\n0.01,0,0,9.8\n", {}, ["r_forearm"], "export the sensor's orientation"),
