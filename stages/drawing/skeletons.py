@@ -55,6 +55,6 @@ def skeletons(views: Mapping[str, np.ndarray], layout: Layout, alt: str) -> Mark
 
 
 def body_views(joints: np.ndarray) -> dict[str, np.ndarray]:
-    """(J, 2) to the right and up by name of the view, of joints (J, 3) in BODY: back, right, up. From the front the
+    """(..., 2) to the right and up by name of the view, of joints (..., 3) in BODY: back, right, up. From the front the
     person's right is on the left; from the right the face looks right."""
-    return {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}
+    return {"from the front": joints[..., [1, 2]] * (-1, 1), "from the right": joints[..., [0, 2]] * (-1, 1)}

@@ -75,9 +75,9 @@ _STUB = 0.25  # End Sites, which close every chain, are as long as this share of
 _TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 _VERTICES, _INDICES = 34962, 34963  # what the bytes are for
 _SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
-# Of a bone's surface in its length: along it, and to two sides; triangles are counter-clockwise from outside.
+# Of a bone's surface in its length, the bone along y; triangles are counter-clockwise from outside.
 _CORNERS = np.array(
-    [(0, 0, 0), (0.15, 0.07, 0), (0.15, 0, 0.07), (0.15, -0.07, 0), (0.15, 0, -0.07), (1, 0, 0)]
+    [(0, 0, 0), (0, 0.15, 0.07), (0.07, 0.15, 0), (0, 0.15, -0.07), (-0.07, 0.15, 0), (0, 1, 0)]
 )
 _FACES = np.array(
     [(0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 1, 4), (5, 1, 2), (5, 2, 3), (5, 3, 4), (5, 4, 1)], np.uint16
@@ -544,13 +544,14 @@ def _mesh(animated: Armature, arrays: _Arrays) -> dict[str, Any]:
     long = np.linalg.norm(skeleton.offsets, axis=1) > _SHORTEST
     ends = [joint for joint, parent in enumerate(skeleton.parents) if parent >= 0 and long[joint]]
     starts = [skeleton.parents[joint] for joint in ends]
-    surfaces = [
-        rest[start] + _surface(skeleton.offsets[end]) for start, end in zip(starts, ends, strict=True)
-    ]
-    points = np.concatenate(surfaces).astype(np.float32)
+    bones = skeleton.offsets[ends]
+    surfaces = np.linalg.norm(bones, axis=1)[:, None, None] * rotate(
+        np.stack([*map(_turn_to, bones)]), _CORNERS
+    )
+    points = (rest[starts][:, None] + surfaces).reshape(-1, 3).astype(np.float32)
     turned_by = np.zeros((len(points), 4), np.uint8)
     turned_by[:, 0] = np.repeat(starts, len(_CORNERS))
-    faces = np.concatenate([_FACES + np.uint16(i * len(_CORNERS)) for i in range(len(ends))])
+    faces = np.concatenate([_FACES + np.uint16(first) for first in range(0, len(points), len(_CORNERS))])
     primitive = {
         "attributes": {
             "POSITION": arrays.add(points, _VERTICES),
@@ -562,14 +563,6 @@ def _mesh(animated: Armature, arrays: _Arrays) -> dict[str, Any]:
     }
     material = {"name": "bone", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
     return {"meshes": [{"name": "body", "primitives": [primitive]}], "materials": [material]}
-
-
-def _surface(bone: np.ndarray) -> np.ndarray:
-    """(V, 3) the corners of a bone's surface from 0 to `bone` (3,)."""
-    along = unit(bone)
-    across = unit(np.cross(along, np.eye(3)[np.abs(along).argmin()]))
-    R_rest_from_bone = np.stack([along, across, np.cross(along, across)], axis=-1)
-    return rotate(R_rest_from_bone, np.linalg.norm(bone) * _CORNERS)
 
 
 def _animation(animated: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:

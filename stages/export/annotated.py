@@ -13,7 +13,7 @@ from ...pipeline.core.intrinsics import undistorted, undistorted_image
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead
@@ -23,16 +23,12 @@ from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
+from ..drawing.skeletons import body_views
 
 _MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's part; small ones are enlarged
 _PALE: Colour = (235, 235, 235)
 _GROUND = 0.8  # share of its side's colour under a number, which is pale
 _ANGLES = {"knee_flexion": "knee", "elbow_flexion": "elbow", "trunk_lean_sagittal": "trunk"}
-# What is to the right and up there, in BODY (back, right, up).
-_SIDES = {
-    "from the front": ((0, -1.0, 0), (0, 0, 1.0)),
-    "from the right": ((-1.0, 0, 0), (0, 0, 1.0)),
-}
 
 
 def check_h264() -> None:
@@ -103,8 +99,8 @@ class _Page:
         larger = min(_ENLARGED, max(1.0, _LEAST_HEIGHT / height))
         self.scale = min(larger, _MOST[0] / width, _MOST[1] / height)
         self.image_size = _even(width * self.scale), _even(height * self.scale)
-        side = _even(self.image_size[1] / 2)
-        self.size = self.image_size[0] + len(_SIDES) * side, self.image_size[1]
+        side = _even(self.image_size[1] / 2)  # of each view
+        self.size = self.image_size[0] + 2 * side, self.image_size[1]
         self.camera = take.camera
         self.body = take.need("rectified").body
         self.rows = _by_frame(self.body)
@@ -199,7 +195,7 @@ def _in_words(value: float, band: float) -> str:
 def _views(body: PoseSequence, width: int, height: int) -> dict[str, np.ndarray]:
     """By the name of a view, pixels (T, J, 2) of the body's joints in its part of the panel; all at one scale, in which
     the whole take's body fits into so many pixels."""
-    views = {name: rotate(np.array(axes), body.joints) for name, axes in _SIDES.items()}
+    views = body_views(body.joints)
     reach = {name: _range(points) for name, points in views.items()}
     scale = 0.9 * min(float(np.min((width, height) / (high - low))) for low, high in reach.values())
     return {

@@ -122,13 +122,13 @@ class Row(NamedTuple):
 
     measure: str
     side: str | None
-    item: int | None
-    value: float | None
-    error: float | None
-    unit: str | None
-    start_s: float | None
-    stop_s: float | None
-    text: str | None
+    item: int | None = None
+    value: float | None = None
+    error: float | None = None
+    unit: str | None = None
+    start_s: float | None = None
+    stop_s: float | None = None
+    text: str | None = None
 
 
 def write_measures(take: Take, path: Path) -> None:
@@ -145,22 +145,18 @@ def rows(take: Take) -> Iterator[Row]:
         of = take.figures.group(*row.group)
         place, side = ".".join((*row.group, "")), row.side or None
         if isinstance(row, Remark):
-            yield _said(place + row.key, side, row.text)
+            yield Row(place + row.key, side, text=row.text)
         elif isinstance(row, Moments):
             of_repetitions = len(row.at_s) == len(of.times("stride_start") or of.times("start"))
             for i, at_s in enumerate(row.at_s):
                 span = _span(of, i) if of_repetitions else (None, None)
-                yield Row(place + row.key, side, i, float(at_s), None, "s", *span, None)
+                yield Row(place + row.key, side, i, float(at_s), None, "s", *span)
         elif isinstance(row, Measure):
             span = (None, None) if row.number is None else _span(of, row.number)
             unit = UNITS[row.unit].table.format(length) or None
-            yield Row(place + row.key, side, row.number, float(row.value), row.error, unit, *span, None)
+            yield Row(place + row.key, side, row.number, float(row.value), row.error, unit, *span)
             for name, judged in row.judged.items():
-                yield _said(place + name, side, str(judged))
-
-
-def _said(measure: str, side: str | None, text: str) -> Row:
-    return Row(measure, side, None, None, None, None, None, None, text)
+                yield Row(place + name, side, text=str(judged))
 
 
 def _span(of: Measures, i: int) -> tuple[float | None, float | None]:
@@ -169,25 +165,8 @@ def _span(of: Measures, i: int) -> tuple[float | None, float | None]:
     return (starts[i] if i < len(starts) else None), (stops[i] if i < len(stops) else None)
 
 
-class Cycle(NamedTuple):
-    """One stride or repetition. movement: the group of its measures, joined by dots. number: which, from 0 on."""
-
-    movement: str
-    side: Side
-    number: int
-    start_s: float
-    stop_s: float
-
-
-def cycles_of(measures: Measures) -> Iterator[Cycle]:
-    """All strides and repetitions of a take's measures, in the order of summary.json."""
-    for of in _moving(measures):
-        for number, (start_s, stop_s) in enumerate(of.spans):
-            yield Cycle(".".join(of.path), of.rows[0].side, number, start_s, stop_s)
-
-
 def _moving(measures: Measures) -> Iterator[Measures]:
-    """The groups of strides and repetitions; postures that are held are none."""
+    """The groups of strides and repetitions, in the order of summary.json; postures that are held are none."""
     for name, of in measures.groups.items():
         if (measures.path or name in _WITH_CYCLES) and name != "holds":
             yield of
@@ -218,11 +197,11 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     angles = np.stack(
         [unwrapped(columns[name]) if name in degrees else columns[name] for name in angle_columns], axis=-1
     )
-    for cycle in cycles_of(take.measures):
-        at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
-        events = (
-            _events(take.measures.group("walking"), cycle) if cycle.movement.startswith("walking") else {}
-        )
+    cycles = [(of, number, *span) for of in _moving(take.measures) for number, span in enumerate(of.spans)]
+    for of, number, start_s, stop_s in cycles:
+        at_s, events = np.linspace(start_s, stop_s, POINTS), {}
+        if of.path[0] == "walking":
+            events = _events(take.measures.group("walking"), of.rows[0].side, start_s, stop_s)
         near = around(times, at_s)
         own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
         at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
@@ -230,7 +209,7 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
         values = dict(zip(angle_columns, curves.T, strict=True))
         for name in degrees:
             values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)
-        labels = {"movement": cycle.movement, "side": cycle.side, "number": cycle.number}
+        labels = {"movement": ".".join(of.path), "side": of.rows[0].side, "number": number}
         rows = {name: [value] * POINTS for name, value in labels.items()}
         rows |= {"percent": np.arange(POINTS), "time_s": at_s}
         rows |= {"event": [events.get(percent, "") for percent in range(POINTS)]} | values
@@ -243,14 +222,14 @@ def _angles(take: Take) -> list[str]:
     return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
 
 
-def _events(walking: Measures, cycle: Cycle) -> dict[int, str]:
+def _events(walking: Measures, own: Side, start_s: float, stop_s: float) -> dict[int, str]:
     """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other. walking:
     that group of a take."""
     events = {}
-    for prefix, side in (("other ", _OTHER[cycle.side]), ("", cycle.side)):
+    for prefix, side in (("other ", _OTHER[own]), ("", own)):
         for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
             for at_s in walking.group(side).times(name):
-                percent = 100 * (at_s - cycle.start_s) / (cycle.stop_s - cycle.start_s)
+                percent = 100 * (at_s - start_s) / (stop_s - start_s)
                 if -0.5 <= percent <= 100.5:
                     events[round(percent)] = f"{prefix}{words}"
     return events
