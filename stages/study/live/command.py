@@ -28,7 +28,7 @@ from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.progress import counted
 from ...detect import Detect
 from ...rectify import Rectify
-from .frames import LivePose, Networks, Watch
+from .frames import LivePose, Watch
 from .recording import live_recording
 from .source import Incoming, Source, open_source
 
@@ -68,15 +68,15 @@ def live(
         shown = open_source(source)
         inputs = [] if shown.video is None else [shown.video.path]
         with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
-            networks = _networks(options)
-            watch, summary, full = _watched(shown, networks, folder, not options.no_frames, send)
+            watch = _watch(options)
+            summary, full = _recorded(shown, watch, folder, not options.no_frames, send)
             add_to_summary(folder, device=where.summary(), live=summary)
         show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
         if not watch.person.shown:
             raise InputError(
                 "nothing-usable",
                 f"Nobody was found in {how_many(summary['frames'], 'frame')} of {shown.name} by "
-                f"{networks.detector.method}; the recording is kept in {output}.",
+                f"{watch.detector.method}; the recording is kept in {output}.",
             )
         show(f"for angles and a report: {_run_of(shown, watch, output, not options.no_frames)}")
         if full is not None:
@@ -103,8 +103,8 @@ def _printing() -> Send:
     return send
 
 
-def _networks(options: RunOptions) -> Networks:
-    """Those that a run with these options would use. InputError for a setting that live has no use for."""
+def _watch(options: RunOptions) -> Watch:
+    """With the networks that a run with these options would use. InputError for a setting that live has no use for."""
     fields = [flag_of(name).removeprefix("--set ") for name in options.model_fields_set - {*_OPTIONS}]
     unheard = [name for name in (*fields, *options.settings) if name not in _SETTINGS]
     if unheard:
@@ -123,7 +123,7 @@ def _networks(options: RunOptions) -> Networks:
     rectify = call(Rectify, what="Stage 'rectify'", options=given["rectify"])
     looks = 1 if detect.looks is None else detect.looks  # one is quickest
     detector = load_detector(detect.detector, detect.person_detector, looks)
-    return Networks(detector, rectify.rectifier, options.focal, told_up(options.told))
+    return Watch(detector, rectify.rectifier, options.focal, told_up(options.told))
 
 
 def _full(folder: Path, frames: int) -> InputError | None:
@@ -135,18 +135,18 @@ def _full(folder: Path, frames: int) -> InputError | None:
     return None
 
 
-def _watched(
-    shown: Source, networks: Networks, folder: Path, frames: bool, send: Send | None
-) -> tuple[Watch, dict[str, Any], InputError | None]:
+def _recorded(
+    shown: Source, watch: Watch, folder: Path, frames: bool, send: Send | None
+) -> tuple[dict[str, Any], InputError | None]:
     """Every image of a source until it ends or Ctrl-C: poses sent, LIVE, the video unless it is a file, KEYPOINTS. With
     the entry `live` of summary.json, and the refusal for which it ended where the disk is nearly full."""
-    watch, incoming = Watch(networks), Incoming(shown)
+    incoming = Incoming(shown)
     own_video = folder / _VIDEO if shown.video is None else None
     total = None if shown.video is None else len(shown.video.time_s)
     if (full := _full(folder, 0)) is not None:
         raise full
     with (
-        live_recording(folder / LIVE, networks.detector.layout, own_video, frames) as recording,
+        live_recording(folder / LIVE, watch.detector.layout, own_video, frames) as recording,
         interruptible() as asked,
         counted("live", total) as count,
     ):
@@ -171,7 +171,7 @@ def _watched(
     if watch.person.shown:
         search = watch.search
         without_repeats(search.detections(total or search.seen, search.seen)).save(folder / KEYPOINTS)
-    return watch, summary, full
+    return summary, full
 
 
 def _run_of(shown: Source, watch: Watch, output: Path, frames: bool) -> str:

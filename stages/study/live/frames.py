@@ -96,8 +96,7 @@ def live_frames(
     shown = open_source(str(source))
     if isinstance(detector, str | Path):
         detector = load_detector(detector, person_detector)
-    up = told_up(Told(focal_px=focal_px, gravity=gravity))
-    watch = Watch(Networks(detector, rectifier, focal_px, up))
+    watch = Watch(detector, rectifier, focal_px, told_up(Told(focal_px=focal_px, gravity=gravity)))
     incoming = Incoming(shown)
     for shot in incoming.until(lambda: False):
         _, pose = watch.see(shot, incoming.dropped)
@@ -106,14 +105,26 @@ def live_frames(
         raise incoming.broke
 
 
-@dataclass(frozen=True, eq=False)
-class Networks:
-    """told_up: what the user says about up, which nothing contradicts while the camera runs."""
+@dataclass(eq=False)
+class Watch:
+    """One person followed through the images of a source.
+
+    rectifier: as of load_rectifier. told_up: what the user says about up, which nothing contradicts while the camera
+    runs. search: everybody who was found. size: the image's width and height. person: who is followed. latency_ms:
+    from capture to pose, of every frame so far.
+    """
 
     detector: Detector
     rectifier: str
     focal_px: float | None
     told_up: Sequence[Evidence]
+    size: tuple[int, int] = (0, 0)
+    latency_ms: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.search, self.person = Search(self.detector), Followed()
+        self._estimators: tuple[LiveLifter, LiveRectifier] | None = None
+        self.for_camera((1, 1))  # loads the networks, so that the first images need not wait
 
     def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
         """Of a camera, or of another one behind a cut."""
@@ -124,36 +135,19 @@ class Networks:
         up = fuse(self.told_up).up if self.told_up else None
         return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
 
-
-class Watch:
-    """One person followed through the images of a source.
-
-    search: everybody who was found. size: the image's width and height. person: who is followed. latency_ms: from
-    capture to pose, of every frame so far.
-    """
-
-    def __init__(self, networks: Networks) -> None:
-        self.search = Search(networks.detector)
-        self.size = (0, 0)
-        self.person = Followed()
-        self.latency_ms: list[float] = []
-        self._networks = networks
-        self._estimators: tuple[LiveLifter, LiveRectifier] | None = None
-        networks.for_camera((1, 1))  # loads them, so that the first images need not wait
-
     def see(self, shot: Shot, dropped: int) -> tuple[Found | None, LivePose]:
         """The person in the next image, if there, and the pose. dropped: how many images were, so far."""
-        search, person, networks = self.search, self.person, self._networks
+        search, person = self.search, self.person
         cuts, before = len(search.cuts), person.name
         visible = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
         if self._estimators is None or len(search.cuts) > cuts:
             height, width = shot.image.shape[:2]
             self.size = width, height
-            self._estimators = networks.for_camera(self.size)
+            self._estimators = self.for_camera(self.size)
         elif before not in (None, person.name):
-            self._estimators = networks.for_person(self.size), self._estimators[1]
+            self._estimators = self.for_person(self.size), self._estimators[1]
         lifter, rectifier = self._estimators
-        missing = np.full((len(networks.detector.layout), 2), np.nan)
+        missing = np.full((len(self.detector.layout), 2), np.nan)
         xy, score = (missing, missing[:, 0]) if visible is None else (visible.xy, visible.score)
         joints = lifter.update(xy, score, shot.time_s)
         live = rectifier.update(joints, shot.time_s)

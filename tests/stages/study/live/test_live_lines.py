@@ -94,17 +94,17 @@ def test_closed_standard_streams_are_refused(tmp_path, monkeypatch):
 
 def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, toy_detector):
     """Or images would be left out while they load."""
-    order, loads = [], frames.Networks.for_camera
+    order, loads = [], frames.Watch.for_camera
 
-    def for_camera(networks, image_size):
+    def for_camera(watch, image_size):
         order.append("networks")
-        return loads(networks, image_size)
+        return loads(watch, image_size)
 
     def incoming(source):
         order.append("images")
         return Incoming(source)
 
-    monkeypatch.setattr(frames.Networks, "for_camera", for_camera)
+    monkeypatch.setattr(frames.Watch, "for_camera", for_camera)
     monkeypatch.setattr(frames, "Incoming", incoming)
     next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
     assert order[:2] == ["networks", "images"]
