@@ -35,7 +35,7 @@ from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.angles import arm_reference, hinge_axis, tells_axis, trunk_axes
 from ...pipeline.signals.filters import stretches
 from ..drawing.provenance import provenance
-from .markers import evenly, over_the_floor
+from .markers import evenly, over_the_floor, write_numbers
 
 ANIMATION = Frame("ANIMATION", "level", ("left", "up", "front"))  # glTF's axes, and those of most BVH files
 
@@ -357,9 +357,7 @@ def write_bvh(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Noti
         f"Frames: {len(body)}",
         f"Frame Time: {1 / animated.fps:.9f}",
     ]
-    with whole_file(path) as partial, open(partial, "w", encoding="ascii", newline="\n") as file:
-        file.write("\n".join(head) + "\n")
-        np.savetxt(file, np.round(body, 6) + 0.0, fmt="%.6f")
+    write_numbers(path, head, np.round(body, 6) + 0.0, between=" ")
     return animated.notes(path.name)
 
 

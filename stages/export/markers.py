@@ -172,8 +172,7 @@ def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
         "",
     ]
     body = np.column_stack([np.arange(1, rows + 1), points.time_s, points.joints.reshape(rows, -1)])
-    with whole_file(path) as partial:
-        _write(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
+    write_numbers(path, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
     return ()
 
 
@@ -220,16 +219,20 @@ def write_motion(
         "endheader",
         "\t".join(["time", *coordinates]),
     ]
-    with whole_file(path) as partial:
-        body = np.column_stack([time_s, *coordinates.values()])
-        _write(partial, head, body, ["%.6f"] * body.shape[1])
+    write_numbers(path, head, np.column_stack([time_s, *coordinates.values()]))
 
 
-def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
-    """The lines of a head, and (N, C) numbers below them, tabs between."""
-    with open(path, "w", encoding="utf-8", newline="\n") as file:
+def write_numbers(
+    path: Path,
+    head: Sequence[str],
+    body: np.ndarray,
+    formats: str | Sequence[str] = "%.6f",
+    between: str = "\t",
+) -> None:
+    """The lines of a head, and (N, C) numbers below them."""
+    with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(head) + "\n")
-        np.savetxt(file, body, fmt=formats, delimiter="\t")
+        np.savetxt(file, body, fmt=formats, delimiter=between)
 
 
 def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:

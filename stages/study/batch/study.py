@@ -193,18 +193,15 @@ def _head(rows: Sequence[Row], done: Sequence[Row]) -> Markup:
     )
 
 
-def _linked(row: Row) -> Cell:
-    return Link(name_of(row), quote(row["report"])) if row.get("report") else name_of(row)
-
-
 def _table(rows: Sequence[Row], columns: Mapping[str, Sequence[Cell]]) -> Markup:
     """The takes' names and labels, then the columns (head: a cell a take), but for empty ones."""
     filled = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
     if not filled:
         return Markup("")
     labels = [label for label in LABELS if any(row[label] for row in rows)]
+    names = [Link(name_of(row), quote(row["report"])) if row.get("report") else name_of(row) for row in rows]
     lines = [
-        [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in filled.values())]
+        [names[i], *(row[label] or None for label in labels), *(cells[i] for cells in filled.values())]
         for i, row in enumerate(rows)
     ]
     return table(["take", *labels, *filled], lines, sortable=True)

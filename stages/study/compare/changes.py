@@ -190,7 +190,10 @@ def summary(changes: list[Change], against: str) -> Iterator[str]:
     tested = [change for change in changes if not change.reason]
     if tested:
         differ = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
-        named = [f"{change} {change.in_words}{_gap(change.unit)}{change.unit}" for change in differ[:_MOST]]
+        named = [
+            f"{change} {change.in_words} {change.unit}".rstrip().replace(" °", "°")
+            for change in differ[:_MOST]
+        ]
         named += [f"{len(differ) - _MOST} more"] * (len(differ) > _MOST)
         which = f"; {against}: {', '.join(named)}" if named else ""
         are = "differ" if len(differ) > 1 else "differs"
@@ -204,7 +207,3 @@ def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
     """For JSON: those that are told first."""
     listed = sorted(changes, key=lambda change: math.isnan(change.error) and change.reason != "another-part")
     return [{name: getattr(change, name) for name in _IN_FILES} for change in listed]
-
-
-def _gap(unit: str) -> str:
-    return "" if unit.startswith("°") else " "

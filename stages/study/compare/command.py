@@ -23,9 +23,8 @@ from ....pipeline.reading.settings import Force
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
 from .align import Align
-from .comparison import compared, figures, result
+from .comparison import as_page, compared, figures, result
 from .imu import compared_with, read_sensors, sensed_page
-from .page import as_page
 from .side import load_side, named_apart, with_truth
 
 

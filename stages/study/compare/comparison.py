@@ -1,23 +1,32 @@
-"""Runs against the first, or against motion capture: brought to one clock and one heading, in figures and in words."""
+"""Runs against the first, or against motion capture: brought to one clock and one heading, in figures, in words and as
+a page."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from ....models.common.metrics import joint_error
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.figures import label_of
+from ....pipeline.core.measures import SD_90, with_bar
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, grave, notice, verdict
+from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import turn_deg, turned
-from ....pipeline.signals.angles import ANGLES
+from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
+from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
+from ....pipeline.signals.filters import each_path
 from ....pipeline.signals.filters import rate as frame_rate
+from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
+from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from .align import Align, Alignment, agreement, aligned, size_ratio
-from .changes import Change, as_figures, changes, from_same_place, summary
+from .changes import Change, as_figures, changes, from_same_place, signed, summary
 from .side import Side, one_clock
 
 IF_ONE = "if both show one, give --align stamps, or --align correlate if they began apart"
@@ -25,6 +34,8 @@ _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack 
 # Of the higher rate to the lower one, and from which rate on all are lifted alike. Ranges of the built-in walker's knee
 # from five sides: 24 and 30 a second are 0 to 2 degrees apart (1 on average), 60 and 120 by 0.2 at most.
 _APART, _ALIKE_HZ = 1.5, 60.0
+_CHANCE = "Of the figures that are said to differ, at most one in ten does so by chance (Benjamini & Hochberg 1995)."
+_WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +67,9 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """All sides against the first, and what is to be doubted of them."""
+    """All sides, each but the first against that, and what is to be doubted of them."""
 
-    reference: Side
+    sides: tuple[Side, ...]
     pairs: tuple[Pair, ...]
     notices: tuple[Notice, ...]
 
@@ -97,7 +108,7 @@ def compared(
         )
         pairs.append(pair if how is None else _moment_by_moment(pair))
         notices += [*doubts, *_beyond(pairs[-1])]
-    return Comparison(reference, tuple(pairs), tuple(notices))
+    return Comparison(tuple(sides), tuple(pairs), tuple(notices))
 
 
 def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
@@ -117,7 +128,8 @@ def _moment_by_moment(pair: Pair) -> Pair:
     at_reference = {name: reference.at(name, pair.times) for name in ANGLES}
     sd = {name: _sd(side, reference, name, pair.times) for name in ANGLES}
     agreements = {name: agreement(side.angles[name], at_reference[name], sd[name]) for name in ANGLES}
-    joints = reference.joints_at(pair.times)
+    at_times = partial(reference.resampled, time_s=pair.times)
+    joints = each_path(at_times, reference.level, len(pair.times))
     turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
     level = scale * turned(side.level, turn)
     off = joint_error(level, joints)
@@ -193,16 +205,15 @@ def _angles_apart(pair: Pair) -> str:
 
 def figures(comparison: Comparison) -> dict[str, Any]:
     """Everything but the curves, for JSON."""
-    sides: Sequence[Side] = (comparison.reference, *(pair.side for pair in comparison.pairs))
     return {
-        "reference": comparison.reference.name,
+        "reference": comparison.sides[0].name,
         "sides": {
             side.name: {
                 "about": side.about,
                 "inputs": list(side.sources),
                 "angle_errors": side.run and side.run.angle_errors,
             }
-            for side in sides
+            for side in comparison.sides
         },
         "pairs": {
             pair.side.name: {
@@ -218,3 +229,126 @@ def figures(comparison: Comparison) -> dict[str, Any]:
         },
         "notices": [each.as_dict() for each in comparison.notices],
     }
+
+
+def as_page(comparison: Comparison) -> str:
+    """HTML that needs no other file: what came of it, one table of all differences, then both over each other."""
+    sections = []
+    for pair in comparison.pairs:
+        of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
+        sections += [
+            (f"Differences{of}", _differences(pair)),
+            (f"Angles over time{of}", _angles(pair)),
+        ]
+    sections.append(("How they were aligned", bullets(_together(comparison))))
+    reference, *others = sides = comparison.sides
+    about = [f"Reference: {reference.name} ({reference.about})"]
+    about += [f"compared: {side.name} ({side.about})" for side in others]
+    by_errors: dict[str, list[str]] = {}
+    for side in sides:
+        if side.run and side.run.angle_errors:
+            by_errors.setdefault(ERRORS_OF_ANGLES[side.run.angle_errors], []).append(side.name)
+    errors = [f"Errors of the angles of {' and '.join(names)}: {how}." for how, names in by_errors.items()]
+    head = (
+        small(" · ".join(about))
+        + answer([f"{line[:1].upper()}{line[1:]}." for pair in comparison.pairs for line in conclusion(pair)])
+        + small(" ".join([NINE_IN_TEN, _CHANCE, *errors]))
+        + box("Warnings", [each.text for each in comparison.notices], "warning")
+    )
+    return page(" and ".join(side.name for side in sides), head, sections)
+
+
+def _differences(pair: Pair) -> Markup:
+    """A row for each angle and each figure of a movement."""
+    ranges = {change.item: change for change in pair.changes if change.group == "range_of_motion"}
+    others = [change for change in pair.changes if change.group != "range_of_motion"]
+    rows = [
+        [f"range of {label_of(name)} (°)", *_of(pair, ranges.get(name), name), *_agreed(pair, name)]
+        for name in ANGLES
+        if name in ranges or name in pair.agreement
+    ]
+    rows += [
+        [f"{change} ({change.unit})" if change.unit else str(change), *_of(pair, change, ""), *[None] * 4]
+        for change in others
+    ]
+    head = ["", pair.reference.name, pair.side.name, "difference (± MDC90)"]
+    head += ["bias (°)", "RMSE (°)", "r", "within error"]
+    filled = [i for i in range(len(head)) if i < 4 or any(row[i] is not None for row in rows)]
+    shown = table([head[i] for i in filled], [[row[i] for i in filled] for row in rows])
+    return shown + small(_about_differences(pair)) if rows else Markup("")
+
+
+def _about_differences(pair: Pair) -> str:
+    """What the columns of the table are."""
+    place = "about the same place" if pair.same_place else "different or unknown places"
+    about = f"Difference: {pair.side.name} minus {pair.reference.name}, of the whole takes."
+    if pair.changes:
+        about += (
+            " Its ± is its MDC90, the minimal detectable change: if nothing changed, one difference in ten is larger. "
+            f"Both were filmed from {place}, by the person's heading and the camera's pitch. Grey: a difference within "
+            "its ±; this judges a figure that was chosen beforehand. *: a difference that is certain even with all "
+            "figures looked at."
+        )
+    if pair.agreement:
+        about += (
+            " Bias, root mean square (RMSE) and r: of the angles moment by moment. Within error: share of frames whose "
+            "difference is what the stated standard errors allow in nine of ten."
+        )
+    return about
+
+
+def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
+    """Both takes' figures and their difference; of motion capture the ranges of what both know."""
+    if change is None:
+        both = [pair.agreement[angle][key] for key in ("rom_reference_deg", "rom_deg")]
+        return [*(with_bar(value, None) for value in both), signed(both[1] - both[0])]
+    figures = zip((change.reference, change.value), change.errors, strict=True)
+    values = [None if np.isnan(value) else with_bar(value, error) for value, error in figures]
+    if change.reason:
+        by = f"{change.in_words}; " if np.isfinite(change.difference) else ""
+        return [*values, Soft(f"{by}not judged: {change.reason.replace('-', ' ')}")]
+    if change.differs:
+        return [*values, f"{change.in_words} *"]
+    return [*values, Soft(change.in_words) if change.within_error else change.in_words]
+
+
+def _agreed(pair: Pair, name: str) -> list[Cell]:
+    if name not in pair.agreement:
+        return [None] * 4
+    of = pair.agreement[name]
+    r = f"{of['r']:.2f}" if np.isfinite(of["r"]) else None
+    inside = f"{100 * of['within_band']:.0f} %" if "within_band" in of else None
+    return [f"{of['bias_deg']:+z.1f}", f"{of['rmse_deg']:.1f}", r, inside]
+
+
+def _angles(pair: Pair) -> Markup:
+    """A row of charts for every angle, right beside left."""
+    rows = []
+    for both in OF_BOTH:
+        shown = []
+        for name in (name for name in sides_of(both) if name in pair.agreement):
+            margin = SD_90 * pair.sd[name] if np.isfinite(pair.sd[name]).any() else None
+            colour = MIDDLE if name in MIDLINE else RIGHT if name.startswith("r_") else LEFT
+            curves = [
+                Curve(pair.reference.name, pair.at_reference[name], SOFT, width=_WIDE),
+                Curve(pair.side.name, pair.side.angles[name], colour, margin),
+            ]
+            title = f"{label_of(name).capitalize()} (°)"
+            shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
+        rows.append(charts(shown))
+    about = (
+        f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
+        "the grey curve in nine of ten frames, if the errors of both are right."
+    )
+    return small(about) + joined(rows) if pair.agreement else Markup("")
+
+
+def _together(comparison: Comparison) -> Iterator[str]:
+    yield from (f"{shift_in_words(pair)}." for pair in comparison.pairs)
+    cutoffs = sorted({side.cutoff_hz or 0.0 for side in comparison.sides})
+    filters = " and ".join(f"{hz:g} Hz" if hz else "unfiltered" for hz in cutoffs)
+    by = " and ".join(
+        dict.fromkeys(side.run.need("rectified").method for side in comparison.sides if side.run)
+    )
+    yield f"Rectified by {by}; low-pass of the joints: {filters}."
+    yield f"pcnet3d {package_version()}."

@@ -34,7 +34,7 @@ from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
-from ....pipeline.signals.filters import breaks, each_path, resample
+from ....pipeline.signals.filters import breaks, resample
 
 TRUTH = "motion capture"
 _SHOULDERS = ("r_shoulder", "l_shoulder")
@@ -76,10 +76,6 @@ class Side:
     def resampled(self, values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
         """A series (T,) of this side's rows as (N,) at other times (N,) of its clock, NaN in gaps and outside."""
         return resample(values, self.time_s, time_s, self.seams)
-
-    def joints_at(self, time_s: np.ndarray) -> np.ndarray:
-        """`level` (N, 17, 3) at other times (N,) of this side's clock."""
-        return each_path(lambda path: self.resampled(path, time_s), self.level, len(time_s))
 
 
 def load_side(folder: Path) -> Side:

@@ -17,8 +17,7 @@ from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
-from pcnet3d.stages.study.compare.comparison import compared, conclusion, figures, result
-from pcnet3d.stages.study.compare.page import as_page
+from pcnet3d.stages.study.compare.comparison import as_page, compared, conclusion, figures, result
 from pcnet3d.stages.study.compare.side import one_clock
 
 
