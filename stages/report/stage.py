@@ -83,7 +83,7 @@ def _first_notes(take: Take) -> Markup:
     stated = [row.error is not None for row in take.figures if isinstance(row, Measure)]
     notes = [NINE_IN_TEN] * any(stated) + [_UNKNOWN] * (not all("±" in words for _, words in headlines(take)))
     notes += [each.text for each in take.notices if each.code == "no-scale" and not each.warns]
-    return small(" ".join(notes)) if notes else Markup("")
+    return small(" ".join(notes)) if notes and take.figures else Markup("")
 
 
 def _key_frames(take: Take) -> Markup:

@@ -142,8 +142,7 @@ def _sides(take: Take, told: set[str]) -> Check:
     wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
     warned = wrong or any(each.warns for each in about_sides)
     if texts or wrong:
-        sentence = texts or ["Left and right are doubtful in the whole take; see the poses."]
-        more = [text for text in sentence if text not in told] or ["See the poses."]
+        more = [text for text in texts if text not in told] or ["See the poses."]
         return "Left and right", "care" if warned else "good", more
     if len(take.need("poses")) < 2:
         return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
@@ -197,4 +196,5 @@ def _missing(take: Take, share: float) -> str:
         filled = any(each.code == "gaps-filled" for each in take.notices)
         return f"Every frame has all joints{', some of them interpolated' * filled}."
     spans = poses.times[stretches(gone) - np.array([0, 1])].tolist()
-    return f"{100 * share:.2g} % of the joints are missing, from {spans_in_words(spans, _MOST)}."
+    what = f"{100 * share:.0f} % of the joints" if share >= 0.005 else "Some joints"
+    return f"{what} are missing, from {spans_in_words(spans, _MOST)}."
