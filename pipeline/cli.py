@@ -63,7 +63,9 @@ class _Commands(TyperGroup):
         try:
             return load_command(cmd_name, self.group)
         except InputError as error:
-            return TyperCommand(cmd_name, help=str(error))
+            from rich.markup import escape
+
+            return TyperCommand(cmd_name, help=escape(str(error)))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, names = args[0], registry.registered(self.group)

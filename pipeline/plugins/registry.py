@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import InputError
+from ..core.errors import InputError, needed_for
 from ..core.messages import say
 from .options import did_you_mean
 from .removed import refuse_removed
@@ -61,7 +62,10 @@ def load(group: str, name: str) -> Any:
     if name not in points:
         raise _unknown(group, name)
     try:
-        loaded = points[name].load()
+        with needed_for(f"pcnet3d lab {name}") if group == "lab" else nullcontext():
+            loaded = points[name].load()
+    except InputError:  # which says what to do
+        raise
     except Exception as error:
         raise _broken(group, name, str(error)) from error
     return _checked(group, name, loaded, _SOCKETS.get(group, _MODEL))

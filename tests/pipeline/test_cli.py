@@ -255,6 +255,19 @@ def test_packages_with_broken_adapters_do_not_keep_the_others_from_working(lifte
     assert "cannot be loaded" in named.stderr.splitlines()[-1]
 
 
+def test_without_torch_the_laboratory_names_the_extra_to_install(tmp_path):
+    """ "Repair or uninstall its package" was said of pcnet3d, and [train] was missing: rich took it for a style."""
+    (tmp_path / "sitecustomize.py").write_text("import sys\n\nsys.modules['torch'] = None\n")
+    without = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    shown = " ".join(apart("lab", "--help", env=without).stdout.replace("│", " ").split())
+    assert "evaluate" in shown
+    assert "pip install 'pcnet3d[train]'" in shown
+    assert "uninstall" not in shown
+    asked = apart("lab", "testbed", "--help", env=without)
+    assert (asked.returncode, asked.stderr.count("\n")) == (2, 1)
+    assert "pcnet3d[train]" in asked.stderr
+
+
 def test_list_models_names_what_can_be_asked_for():
     from pcnet3d.models import load_rectifier
     from pcnet3d.models.lifter.builtin import network
