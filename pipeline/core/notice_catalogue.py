@@ -265,8 +265,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),
-    "limbs-unlike": ("suspicious", "poses",
-        "The bone from {bone} is {times:.2f} times as long as the left one."),
     "mirrored": ("unusable", "poses",
         "The body is mirrored or its left and right are exchanged (run --set read.handedness=mirror or swap): "
         "{evidence}."),

@@ -14,7 +14,7 @@ segments do not change when the whole body is turned; those with `needs_gravity`
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,21 +58,10 @@ class Angle:
     anatomy_deg: tuple[float, float] = (-np.inf, np.inf)
 
 
-# Degrees, by the end of an angle's name: the mean active range of healthy adults (American Academy of Orthopaedic
-# Surgeons, "Joint Motion: Method of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and
-# -30 to 45, shoulder -60 to 180, trunk turned by 45 to either side) and up to 30 more for the supple and for segments
-# that 17 joints cannot tell apart: the hip is taken against the whole trunk, which bends too.
-_ANATOMY = {
-    "knee_flexion": (-20.0, 165.0),
-    "elbow_flexion": (-20.0, 165.0),
-    "thigh_trunk_flexion": (-60.0, 165.0),
-    "hip_abduction": (-60.0, 80.0),
-    "shoulder_flexion": (-90.0, 210.0),
-    "shoulder_abduction": (-75.0, 90.0),
-    "shoulder_elevation": (0.0, 180.0),
-    "thorax_pelvis_rotation": (-75.0, 75.0),
-}
-
+# anatomy_deg: the mean active range of healthy adults (American Academy of Orthopaedic Surgeons, "Joint Motion: Method
+# of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and -30 to 45, shoulder -60 to 180,
+# trunk turned by 45 to either side) and up to 30 more for the supple and for segments that 17 joints cannot tell apart:
+# the hip is taken against the whole trunk, which bends too.
 _HIPS, _SHOULDERS = ("r_hip", "l_hip"), ("r_shoulder", "l_shoulder")
 _PELVIS, _THORAX = ("pelvis", "thorax", *_HIPS), ("pelvis", "thorax", *_SHOULDERS)
 _FACING = (*_HIPS, *_SHOULDERS)
@@ -87,41 +76,41 @@ def _of_side(side: str) -> dict[str, Angle]:
             "Knees",
             "between thigh and shank, 0 when straight, about the hip line made perpendicular to the thigh",
             "heel towards the buttock; negative: hyperextended",
-            _union(thigh, shank, _HIPS),
+            _union(thigh, shank, _HIPS), anatomy_deg=(-20.0, 165.0),
         ),
         "elbow_flexion": Angle(
             "Elbows",
             "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
             "with the upper arm",
             "hand towards the shoulder; negative: hyperextended",
-            _union(arm, forearm, _THORAX),
+            _union(arm, forearm, _THORAX), anatomy_deg=(-20.0, 165.0),
         ),
         "thigh_trunk_flexion": Angle(
             "Hips",
             "of the thigh against the trunk line about the hip line", "thigh forward",
-            _union(thigh, _PELVIS), centre_deg=45.0,
+            _union(thigh, _PELVIS), centre_deg=45.0, anatomy_deg=(-60.0, 165.0),
         ),
         "hip_abduction": Angle(
             "Hips",
             "of the thigh out of the plane perpendicular to the hip line", "thigh away from the midline",
-            _union(thigh, _HIPS),
+            _union(thigh, _HIPS), anatomy_deg=(-60.0, 80.0),
         ),
         "shoulder_flexion": Angle(
             "Shoulders",
             "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
-            _union(arm, _THORAX), centre_deg=60.0,
+            _union(arm, _THORAX), centre_deg=60.0, anatomy_deg=(-90.0, 210.0),
         ),
         "shoulder_abduction": Angle(
             "Shoulders",
             "of the upper arm out of the plane perpendicular to the shoulder line; 90 at most: an arm raised "
             "sideways above that has a flexion near 180", "arm away from the midline",
-            _union(arm, _SHOULDERS),
+            _union(arm, _SHOULDERS), anatomy_deg=(-75.0, 90.0),
         ),
         "shoulder_elevation": Angle(
             "Shoulders",
             "between upper arm and the trunk line made perpendicular to the shoulder line, in any plane: 0 hanging, "
             "180 overhead", "arm up",
-            _union(arm, _THORAX),
+            _union(arm, _THORAX), anatomy_deg=(0.0, 180.0),
         ),
         "thigh_sagittal": Angle(
             "Segments",
@@ -161,27 +150,16 @@ def _of_middle() -> dict[str, Angle]:
         "thorax_pelvis_rotation": Angle(
             "Trunk",
             "of the shoulder line against the hip line about the trunk line", "thorax turned to the subject's left",
-            _union(_PELVIS, _THORAX),
+            _union(_PELVIS, _THORAX), anatomy_deg=(-75.0, 75.0),
         ),
     }  # fmt: skip
-
-
-def _definitions() -> dict[str, Angle]:
-    angles = {f"{side}_{name}": angle for side in "rl" for name, angle in _of_side(side).items()}
-    angles |= _of_middle()
-    return {
-        name: angle
-        if angle.needs_gravity
-        else replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
-        for name, angle in angles.items()
-    }
 
 
 def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(joint for part in parts for joint in part))
 
 
-ANGLES = _definitions()
+ANGLES = {f"{side}_{name}": angle for side in "rl" for name, angle in _of_side(side).items()} | _of_middle()
 MIDLINE = tuple(name for name in ANGLES if name[1] != "_")  # those without a side
 # Change sign in a mirror.
 MIRRORED_SIGN = ("trunk_lean_frontal", "pelvis_obliquity", "thorax_pelvis_rotation")

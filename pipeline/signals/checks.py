@@ -213,9 +213,9 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
     what = (
         "turn the image before the run"  # whose axes they have
         if poses.made_by.in_run
-        else "the file's vertical axis seems to be upside down. If its y points up, read it with --adapter arrays -O "
+        else "the file's vertical axis seems to be upside down; if its y points up, say so with --adapter arrays -O "
         "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary if "
-        "it has no scale)"
+        'it has no scale), or with axes="camera-y-up" or "y-up" in Python'
     )
     return [notice("upside-down", share_percent=100 * share, what=what)]
 

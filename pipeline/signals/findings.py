@@ -33,8 +33,6 @@ _LOST = (0.1, 0.5)
 _SWAPPED = (0.02, 1.0)
 _POOR_SPREAD = 0.09  # boxing 0.05, cycling 0.10
 _ADULTS_M = (1.0, 2.2)
-# How many times as long as the other side's a bone of a limb is, in nearly all frames.
-_SIDES, _NEARLY_ALL = 1.4, 0.9
 _PLANE = 0.03  # thickness of a body over its trunk
 _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 # Spread of bones up to which nothing was lost along an axis in which nothing moves, as of somebody who walks exactly
@@ -112,7 +110,6 @@ def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
         *_depth(poses),
         *_averaged(poses),
         *_bones(poses),
-        *_sides(poses),
         *_handedness(poses),
         *_stature(poses, unit),
         *(upside_down(poses) or on_its_side(poses)),
@@ -174,16 +171,11 @@ def _vectors(joints: np.ndarray) -> np.ndarray:
 
 
 def _averaged(poses: PoseSequence) -> list[Notice]:
-    """Whether joints were averaged over some time, which makes a bone shorter the faster it turns."""
-    window_s = 0.0 if poses.made_by.in_run else averaged_s(poses)
-    return [notice("poses-smooth", window_s=window_s)] if window_s > _WINDOW_S else []
-
-
-def averaged_s(poses: PoseSequence) -> float:
-    """Over how many seconds joints seem to have been averaged, by three in four limb bones: a mean over w seconds of a
-    bone that turns by some rate is shorter by (rate w)^2 / 24. Less than that where hardly anything turns."""
-    if len(poses) < _ENOUGH or poses.time_s is None:
-        return 0.0
+    """Whether joints were averaged over some time, which makes a bone shorter the faster it turns: a mean over w
+    seconds of one that turns by some rate is shorter by (rate w)^2 / 24. w is that of three in four limb bones, and
+    less where hardly anything turns."""
+    if len(poses) < _ENOUGH or poses.time_s is None or poses.made_by.in_run:
+        return []
     bones = _vectors(poses.joints.astype(np.float64))
     length = np.linalg.norm(bones, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -198,7 +190,8 @@ def averaged_s(poses: PoseSequence) -> float:
         covariance = np.cov(turns[comparable], longer_then[comparable])
         square = -24 * covariance[0, 1] / max(covariance[0, 0], 1e-12)
         windows_s.append(np.sqrt(max(square, 0.0)) * min(covariance[0, 0] ** 0.25, 1.0))
-    return float(np.percentile(windows_s, 25)) if windows_s else 0.0
+    window_s = float(np.percentile(windows_s, 25)) if windows_s else 0.0
+    return [notice("poses-smooth", window_s=window_s)] if window_s > _WINDOW_S else []
 
 
 def _bones(poses: PoseSequence) -> list[Notice]:
@@ -210,21 +203,6 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     worst = max(of, key=of.__getitem__)
     percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
     return [notice("bones", weight=weight, worst=" to ".join(map(plainly, worst.split("-"))), **percent)]
-
-
-def _sides(poses: PoseSequence) -> list[Notice]:
-    joints = _complete(poses)
-    if not len(joints):
-        return []
-    length = dict(zip(LIMBS, np.linalg.norm(_vectors(joints), axis=-1).T, strict=True))
-    for (start, end), right in length.items():
-        if not end.startswith("r_"):
-            continue
-        times = right / np.maximum(length[start.replace("r_", "l_"), end.replace("r_", "l_")], 1e-12)
-        if max((times > _SIDES).mean(), (times < 1 / _SIDES).mean()) > _NEARLY_ALL:
-            bone = f"{plainly(start)} to {plainly(end)}"
-            return [notice("limbs-unlike", bone=bone, times=float(np.median(times)))]
-    return []
 
 
 def _handedness(poses: PoseSequence) -> list[Notice]:

@@ -60,15 +60,8 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str, check: Chec
     if check == "refuse":
         for doubt in upside_down(poses):
             if doubt.code == "upside-down":
-                raise InputError(
-                    "wrong-axes",
-                    f"{where}: expected the head above the feet, got it below them in "
-                    f"{doubt.values['share_percent']:.0f} % of the frames, so the vertical axis points the other way, "
-                    'or the image was upside down; if y points up, say so with axes="camera-y-up" or "y-up" in Python, '
-                    "with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and its layout and unit for a file, such as -O "
-                    "layout=H36M17 -O unit=mm (unit=arbitrary if it has no scale); for a handstand pass --set "
-                    'read.check=off (check="off").',
-                )
+                how = f'{doubt.text[:-1]}; for one pass --set read.check=off (check="off").'
+                raise InputError("wrong-axes", f"{where}: {how}")
     return poses
 
 

@@ -74,10 +74,11 @@ def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[
     enough = usable.sum(axis=1) >= FEWEST
     rays, joints = np.where(usable[..., None], rays, 0.0), np.where(usable[..., None], joints, 0.0)
     trust = np.where(usable, weights, 0.0)
-    sides = rays * joints[..., 2:] - joints[..., :2]
+    sides, equations = rays * joints[..., 2:] - joints[..., :2], _equations(rays)
     weights, expected = trust, rays
     for _ in range(_ROUNDS):
-        matrix, right = _normal(weights, rays, expected, sides)
+        weighed = weights[..., None, None] * _equations(expected)
+        matrix, right = (np.einsum("tjea,tje...->ta...", weighed, each) for each in (equations, sides))
         matrix[~enough] = np.eye(3)
         place = np.linalg.solve(matrix, right[..., None])[..., 0]
         ahead = joints + place[:, None]
@@ -93,18 +94,9 @@ def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[
     return np.where(enough[:, None], place, np.nan), np.where(enough[:, None, None], information, 0.0)
 
 
-def _normal(
-    weights: np.ndarray, rays: np.ndarray, expected: np.ndarray, sides: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3, 3) and (T, 3): the sums over joints of two equations each, multiplied by the expected rays."""
-    weighted = weights[..., None]
-    matrix = np.zeros((len(rays), 3, 3))
-    matrix[:, 0, 0] = matrix[:, 1, 1] = weights.sum(axis=1)
-    matrix[:, :2, 2] = -(weighted * rays).sum(axis=1)
-    matrix[:, 2, :2] = -(weighted * expected).sum(axis=1)
-    matrix[:, 2, 2] = (weighted * rays * expected).sum(axis=(1, 2))
-    across, along = (weighted * sides).sum(axis=1), -(weighted * sides * expected).sum(axis=(1, 2))
-    return matrix, np.concatenate([across, along[:, None]], axis=1)
+def _equations(rays: np.ndarray) -> np.ndarray:
+    """(T, J, 2, 3) what a place is multiplied by, in each joint's two equations."""
+    return np.concatenate([np.broadcast_to(np.eye(2), (*rays.shape, 2)), -rays[..., None]], axis=-1)
 
 
 def _median(values: np.ndarray, usable: np.ndarray) -> np.ndarray:

@@ -52,12 +52,11 @@ _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not tr
 # Trunk lengths, squared: from this product of their distances on two pairs at a bone's ends show by their direction
 # that none is exchanged.
 _SAME_WAY = 0.25
-# Two joints of one name leap to each other's places: within so many seconds, by so many trunk lengths a second, and so
-# many times faster than in nine of ten steps of the take. They are apart by so many trunk lengths, before as far as
-# after but for this share, and opposite by this cosine; what lies midway moves less than this share of the leap. Sound
-# validation takes, runners among them, reach 1.9 times, a boxer 2.6; real exchanges 2.2 to 35, most of them above 3.
-_LEAP_S, _LEAP_SPEED, _FASTER = 0.1, 15.0, 3.0
-_APART, _ALIKE, _OPPOSITE, _IN_PLACE = 0.4, 0.6, -0.8, 0.25
+# Two joints of one name leap to each other's places: within so many seconds, so many times faster than in nine of ten
+# steps of the take, between directions of which this is the cosine, both so many trunk lengths long; what lies midway
+# moves less than this share of the leap. Sound validation takes, runners among them, reach 1.9 times, a boxer 2.6; real
+# exchanges 2.2 to 35, most of them above 3.
+_LEAP_S, _FASTER, _OPPOSITE, _APART, _IN_PLACE = 0.1, 3.0, -0.8, 0.4, 0.25
 _CROSSED = 0.1  # of the leap: from there on they cross
 # Both limbs on one: their middle and outer joints are so near to each other in trunk lengths, for longer than limbs
 # need to pass, and come there or part in one step: by so many trunk lengths, by so many a second, and by so many times
@@ -90,14 +89,12 @@ class Swap:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """One way to be wrong: of pairs (M, 2) of joints of a limb, "leg" or "arm". exchanged: whether the two of a pair
-    change places, which is also the way back and changes the sign of vectors between them; else both are where one is.
-    price: log-likelihood that each end of a run must gain."""
+    """One way to be wrong: of pairs (M, 2) of joints of a limb, "leg" or "arm", which change places, or are both where
+    one is. price: log-likelihood that each end of a run must gain."""
 
     name: str
     pairs: np.ndarray
     limb: str
-    exchanged: bool = True
     price: float = _PRICE
 
     def vectors(self, joints: np.ndarray) -> np.ndarray:
@@ -111,13 +108,11 @@ class Kind:
         return turned
 
 
-def _kind(
-    name: str, limb: str, parts: Iterable[str], layout: Layout, exchanged: bool = True, price: float = _PRICE
-) -> Kind:
+def _kind(name: str, limb: str, parts: Iterable[str], layout: Layout, price: float = _PRICE) -> Kind:
     """Of the pairs of these parts that the layout has, and of what goes with a limb's end."""
     whole = [each for part in parts for each in (part, *_WITH_END.get(part, ()))]
     pairs = [[layout.index(f"{side}_{part}") for side in "lr"] for part in whole if f"l_{part}" in layout]
-    return Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, exchanged, price)
+    return Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, price)
 
 
 def kinds(layout: Layout) -> tuple[Kind, ...]:
@@ -138,10 +133,7 @@ def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
 
 def limbs_on_one(layout: Layout) -> tuple[Kind, ...]:
     """Both legs, or arms, where one is: all their joints but hips and shoulders."""
-    return tuple(
-        _kind(f"{limb}s both on one", limb, parts[1:], layout, exchanged=False)
-        for limb, parts in _PARTS.items()
-    )
+    return tuple(_kind(f"{limb}s both on one", limb, parts[1:], layout) for limb, parts in _PARTS.items())
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
@@ -275,15 +267,14 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
         apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
         steps = norm(np.diff(apart, axis=0)).T / step_s
         fast = [np.percentile(of[np.isfinite(of)], 90) if np.isfinite(of).any() else np.inf for of in steps]
-        least = np.maximum(_LEAP_SPEED, _FASTER * np.array(fast))
         wrong = np.zeros(len(image), dtype=bool)
         for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(image) - 1) + 1):
             old, new = apart[:-rows], apart[rows:]
             lengths = norm(np.stack([old, new]))
             leap = norm(new - old)
-            over = leap > least * (times[rows:] - times[:-rows])[:, None]
+            over = leap > _FASTER * np.array(fast) * (times[rows:] - times[:-rows])[:, None]
             over &= norm(middle[rows:] - middle[:-rows]) < _IN_PLACE * leap
-            over &= lengths.min(axis=0) > np.maximum(_APART, _ALIKE * lengths.max(axis=0))
+            over &= lengths.min(axis=0) > _APART
             over &= (old * new).sum(axis=-1) < _OPPOSITE * lengths.prod(axis=0)
             for row, joint in np.argwhere(over):
                 axis, end = new[row, joint] - old[row, joint], row + rows
@@ -483,12 +474,17 @@ def treated(
     notices: list[Notice] = []
     of_poses = None
     if keypoints is not None:
-        keypoints, swaps, more = _treated(keypoints, "keypoints", how)
-        notices += more
+        keypoints, swaps, notices = _treated(keypoints, "keypoints", how)
         frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
         if poses is not None and len(frames):
-            poses, beside = _beside(poses, frames, how)
-            notices.append(beside)
+            wrong = np.isin(poses.frame_index, frames)
+            count, where = int(wrong.sum()), "where those of the keypoints are exchanged"
+            if how == "report":
+                notices.append(notice("swapped-keypoints", wrong=count))
+            else:
+                joints = np.where(wrong[:, None, None], np.nan, poses.joints)
+                poses = poses.with_(joints=joints).noted("swaps", rows_masked=count)
+                notices.append(notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses)))
     if poses is not None:
         poses, of_poses, more = _treated(poses, "poses", how)
         notices += more
@@ -514,14 +510,3 @@ def _treated(
     if how == "report":
         return poses.noted("swaps", found=as_frames(poses, swaps)) if swaps else poses, swaps, notices
     return mask_swaps(poses, swaps) if any(swap.certain for swap in swaps) else poses, swaps, notices
-
-
-def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:
-    """Poses whose keypoints are exchanged in these frames."""
-    wrong = np.isin(poses.frame_index, frames)
-    if how == "report":
-        return poses, notice("swapped-keypoints", wrong=int(wrong.sum()))
-    masked = poses.with_(joints=np.where(wrong[:, None, None], np.nan, poses.joints))
-    count, where = int(wrong.sum()), "where those of the keypoints are exchanged"
-    masked_notice = notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses))
-    return masked.noted("swaps", rows_masked=count), masked_notice

@@ -31,7 +31,7 @@ TOGETHER = (
 )  # fmt: skip
 SHAPE = (
     "depth-scaled", "bones", "flat", "stature",
-    "limbs-copied", "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
+    "limbs-copied", "left-and-right", "mirrored", "legs-against-arms",
     "image-stretched", "poses-smooth",
 )  # fmt: skip
 GAPS = ("joints-filled", "joints-coincide", "joints-exchanged", "duplicates")

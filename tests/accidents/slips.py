@@ -351,7 +351,7 @@ CLOCK = (
 )  # fmt: skip
 TOGETHER = ("keypoints-not-of-poses", "keypoints-not-of-video", "poses-against-keypoints")
 SHAPE = (
-    "depth-scaled", "bones", "flat", "stature", "limbs-copied", "limbs-unlike", "left-and-right", "mirrored",
+    "depth-scaled", "bones", "flat", "stature", "limbs-copied", "left-and-right", "mirrored",
     "legs-against-arms", "body-unlike", "joints-exchanged", "joints-filled", "joints-coincide", "image-stretched",
     "poses-smooth",
 )  # fmt: skip

@@ -34,7 +34,7 @@ def put_in(right: PoseSequence, way: Kind, rng: np.random.Generator) -> tuple[Po
         if first < start or rng.random() < 0.5:
             continue
         rows, (to, of) = slice(first, first + length), rng.permutation(way.pairs.T)
-        if way.exchanged:
+        if way.name.endswith("exchanged"):
             joints[rows] = way.applied(joints[rows])
         else:
             joints[rows, to] = joints[rows, of] + rng.normal(0, 0.02 * trunk, (length, len(to), 2))
