@@ -67,17 +67,12 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str, check: Chec
 
 def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequence:
     """With left and right put right as asked; with "refuse", InputError when they are wrong."""
-    if handedness != "refuse":
-        poses = repaired(poses, handedness)
-        if handedness != "ignore":
-            poses = poses.saying(notice("sides-put-right", repair=handedness))
-        evidence = chirality(poses)
-        if evidence.verdict != "good":
-            doubt = notice(_ASKED, verdict=evidence.verdict, evidence=str(evidence))
-            return poses.saying(doubt)
-        return poses
+    if handedness not in ("refuse", "ignore"):
+        poses = repaired(poses, handedness).saying(notice("sides-put-right", repair=handedness))
     evidence = chirality(poses)
-    if evidence.verdict in _WRONG_SIDES:
+    if handedness != "refuse" and evidence.verdict != "good":
+        return poses.saying(notice(_ASKED, verdict=evidence.verdict, evidence=str(evidence)))
+    if handedness == "refuse" and evidence.verdict in _WRONG_SIDES:
         what, how = _WRONG_SIDES[evidence.verdict]
         raise InputError("sides-swapped", f"{where}: {what}: {evidence}; pass --set read.handedness={how}.")
     return poses
@@ -85,8 +80,6 @@ def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSeque
 
 def repaired(poses: PoseSequence, handedness: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
-    if handedness == "ignore":
-        return poses
     if handedness == "mirror":
         return poses.moved(np.diag([-1.0, 1.0, 1.0])).noted("handedness", repair=handedness)
     order = np.arange(len(poses.layout))

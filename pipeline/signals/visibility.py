@@ -76,12 +76,6 @@ def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndar
         return _about(np.where(has_score, score, 0.0), times, _SURE_S) / _about(has_score, times, _SURE_S)
 
 
-def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
-    """The keypoints, of any layout, without those of too low a score or outside the image; no times are needed."""
-    doubtful = _out(keypoints.joints, image_size) | (keypoints.confidence < LEAST_SCORE)
-    return keypoints.with_(joints=np.where(doubtful[..., None], np.nan, keypoints.joints))
-
-
 def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
     """A warning if many visible keypoints lie far outside an image of that size; None if they do not, or the size is
     not known. InputError if most do: every pose would be left out as outside the image."""

@@ -15,7 +15,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.signals.visibility import certain
+from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.image_lines import draw_bones
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
@@ -121,7 +121,8 @@ def _found(take: Take, frame: int) -> np.ndarray:
     keypoints = take.need("keypoints")
     row = np.flatnonzero(keypoints.frame_index == frame)
     nothing = np.full((len(keypoints.layout), 2), np.nan)
-    return certain(keypoints, None).joints[row[0]].copy() if len(row) else nothing
+    certain = keypoints.without(keypoints.confidence < LEAST_SCORE)
+    return certain.joints[row[0]].copy() if len(row) else nothing
 
 
 def jpeg(
