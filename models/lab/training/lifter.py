@@ -458,7 +458,7 @@ class TrainConfig(Training):
     # several times faster; then windows teach what time adds.
     single: NonNegativeInt = 0
     lengths: dict[PositiveInt, NonNegativeFloat]  # of windows, in frames: how often (the sum does not matter)
-    net: NetConfig
+    net: NetConfig = NetConfig()
     material: Material
 
     @field_validator("lengths")

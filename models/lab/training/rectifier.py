@@ -691,8 +691,8 @@ class TrainConfig(Training):
     targets: Targets = "body"
     batch: PositiveInt
     symmetric: bool  # the network's answer is averaged with that to the mirrored body
-    net: NetConfig
-    mixture: Mixture
+    net: NetConfig = NetConfig()
+    mixture: Mixture = Mixture()
 
     @model_validator(mode="after")
     def _as_recorded(self) -> Self:
