@@ -5,8 +5,8 @@ built on the rays of the keypoints and on what bones' lengths in the image say o
 
 The whole of its training in one script, over the loop of loop.py: windows of motion capture, in other poses, on another
 body, before a virtual camera and a detector, made in torch on the device that trains; the loss; how a lifter does on
-whole takes of people whom it never saw; and the ONNX file. The config file says everything; DIR gets lifter.onnx and
-what loop.py keeps there.
+whole takes of people whom it never saw; and the ONNX file. The config file says what differs from the defaults here;
+DIR gets lifter.onnx and what loop.py keeps there.
 """
 
 from __future__ import annotations

@@ -2,12 +2,13 @@
 
 Which way is up and which way does the body face, from one frame's 3D joints. The paper's network: a graph branch and a
 Transformer branch, fused by gated cross-attention, a 6D rotation head and an optional residual head. NetConfig's
-defaults are the paper's; pcnet.toml and paper.toml have other ones.
+defaults are the paper's; pcnet.toml has other ones.
 
 The whole of its training in one script, over the loop of loop.py: bodies seen from somewhere, one frame at a time, made
 in torch on the device that trains; the paper's losses; validation; and the ONNX file. Frames have two sources: motion
 capture, in other poses, on other bodies, from a random view, with joints missing or turned over in depth; and lifted
-takes of the test bed. The config file says everything; DIR gets NAME.onnx and what loop.py keeps there.
+takes of the test bed. The config file says what differs from the defaults here; DIR gets NAME.onnx and what loop.py
+keeps there.
 """
 
 from __future__ import annotations
