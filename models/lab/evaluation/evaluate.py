@@ -187,12 +187,17 @@ def _asked(report: str, given: dict[str, Any]) -> dict[str, Any]:
         )
     usual = {name: value for name, value in {**_USUAL, **of.defaults}.items() if name in of.takes}
     asked = {**usual, **given}
-    if (asked.get("sets", "val") != "val") != bool(asked.get("because", "").strip()):
+    refuse_unexplained(asked.get("sets", "val"), asked.get("because", ""))
+    return asked
+
+
+def refuse_unexplained(sets: Sets, because: str) -> None:
+    """InputError for test people without a reason, and a reason without them."""
+    if (sets != "val") != bool(because.strip()):
         raise InputError(
             "needs-input",
             "Test subjects are looked at rarely: give --because REASON with --sets test, cmu or tennis, and only then.",
         )
-    return asked
 
 
 def ledger_of(output: Path) -> Path:
