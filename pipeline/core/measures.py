@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from .figures import FIGURES, GROUPS, TOGETHER, WITHHELD, Figure
 
@@ -112,16 +112,16 @@ class Moments:
 
 @dataclass(frozen=True)
 class Curve:
-    """An angle over 0 to 100 % of a movement's cycles: (101,) mean and, of six cycles or more, standard deviation."""
+    """An angle over 0 to 100 % of the cycles of a movement, which is the group: (101,) mean and, of six cycles or more,
+    standard deviation."""
 
     angle: str
     count: int
     mean_deg: tuple[float, ...]
     sd_deg: tuple[float, ...] | None = None
-
-    @property
-    def side(self) -> Side:
-        return side_of(self.angle)
+    side: Side = ""
+    group: tuple[str, ...] = ()
+    name: ClassVar[str] = "cycles"
 
     def fields(self) -> dict[str, Any]:
         """For summary.json."""
@@ -129,17 +129,7 @@ class Curve:
         return {"count": self.count, "mean_deg": list(self.mean_deg), **sd}
 
 
-@dataclass(frozen=True)
-class Curves:
-    """All curves over the cycles of a movement, which is the group."""
-
-    of: tuple[Curve, ...]
-    group: tuple[str, ...] = ()
-    side: Side = ""
-    name: str = "cycles"
-
-
-Row = Measure | Remark | Moments | Curves
+Row = Measure | Remark | Moments | Curve
 
 
 @dataclass(frozen=True)
@@ -227,7 +217,7 @@ class Measures:
     @property
     def curves(self) -> tuple[Curve, ...]:
         """Over the cycles of this group."""
-        return next((row.of for row in self._rows("cycles") if isinstance(row, Curves)), ())
+        return tuple(row for row in self._rows(Curve.name) if isinstance(row, Curve))
 
     def _rows(self, name: str) -> tuple[Row, ...]:
         return self.own.get(name, ())
@@ -286,8 +276,8 @@ def nested(rows: Iterable[Row]) -> dict[str, Any]:
             place[row.key] = row.text
         elif isinstance(row, Moments):
             place[row.key] = list(row.at_s)
-        elif isinstance(row, Curves):
-            place[row.name] = {curve.angle: curve.fields() for curve in row.of}
+        elif isinstance(row, Curve):
+            place.setdefault(row.name, {})[row.angle] = row.fields()
         elif row.number is None:
             stated = {} if row.error is None else {row.about.error_key: row.error}
             place |= {row.key: row.value, **stated, **row.judged}

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..core.errors import InputError
 from ..core.figures import FIGURES
-from ..core.measures import Curve, Curves, Measure, Measures, Moments, Remark, Row, Side, side_of
+from ..core.measures import Curve, Measure, Measures, Moments, Remark, Row, Side, side_of
 
 _BY_KEY = {figure.key: figure for figure in FIGURES.values()}
 _SIDES: dict[str, Side] = {"right": "right", "left": "left"}
@@ -34,8 +34,8 @@ def read_measures(figures: Mapping[str, Any]) -> Measures:
 def _rows(figures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[Row]:
     side = _side_in(group)
     for key, content in figures.items():
-        if key == "cycles":
-            yield Curves(tuple(_curve(angle, **of) for angle, of in content.items()), group)
+        if key == Curve.name:
+            yield from (_curve(angle, group, **of) for angle, of in content.items())
         elif isinstance(content, Mapping):
             yield from _rows(content, (*group, key))
         elif isinstance(content, str):
@@ -71,9 +71,15 @@ def _side_in(group: Sequence[str]) -> Side:
     return ""
 
 
-def _curve(angle: str, count: int, mean_deg: Sequence[float], sd_deg: Sequence[float] | None = None) -> Curve:
+def _curve(
+    angle: str,
+    group: tuple[str, ...],
+    count: int,
+    mean_deg: Sequence[float],
+    sd_deg: Sequence[float] | None = None,
+) -> Curve:
     sd = None if sd_deg is None else tuple(map(float, sd_deg))
-    return Curve(angle, int(count), tuple(map(float, mean_deg)), sd)
+    return Curve(angle, int(count), tuple(map(float, mean_deg)), sd, side_of(angle), group)
 
 
 def _number(content: Any) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
-from ...pipeline.core.measures import SD_90, Curve, Curves, Measure, Row, Side, side_of, within
+from ...pipeline.core.measures import SD_90, Measure, Row, Side, side_of, within
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .cycles import mean_curve
@@ -36,7 +36,7 @@ def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
     """The groups of all movements, curves of both sides in one."""
     rows: list[Row] = []
     for place, movements in groupby(every, _with_curves):
-        curves: list[Curve] = []
+        curves: list[Row] = []
         for counted in movements:
             spans = np.array(
                 [(repetition.start_s, repetition.stop_s) for repetition in counted.events if repetition.whole]
@@ -45,7 +45,7 @@ def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
                 curves += mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
             group_rows = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
             rows += _inside(counted.movement.name, group_rows, side_of(counted.movement.drivers[0]))
-        rows += _inside(place, [Curves(tuple(curves))] if curves else [])
+        rows += _inside(place, curves)
     return rows
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...pipeline.core.measures import Curve
+from ...pipeline.core.measures import Curve, side_of
 from ...pipeline.signals.angles import near, unwrapped
 from ...pipeline.signals.filters import resample
 from ...pipeline.signals.foot_angles import ALL_ANGLES
@@ -24,7 +24,7 @@ def mean_curve(
     if not len(curves):
         return []
     sd = tuple(curves.std(axis=0, ddof=1).tolist()) if len(curves) >= FEWEST_FOR_SD else None
-    return [Curve(angle, len(curves), tuple(curves.mean(axis=0).tolist()), sd)]
+    return [Curve(angle, len(curves), tuple(curves.mean(axis=0).tolist()), sd, side_of(angle))]
 
 
 def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:

@@ -27,7 +27,7 @@ from ...models.gait.gait import Gait, Values, backward_steps, separation, time_v
 from ...models.gait.parameters import length_values, over_belt
 from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.figures import FIGURES
-from ...pipeline.core.measures import Curves, Measure, Remark, Row, withheld, within
+from ...pipeline.core.measures import Measure, Remark, Row, withheld, within
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
@@ -131,11 +131,11 @@ def _sides(motion: Motion, gait: Gait, means: _Means, phases: tuple[str, ...]) -
 
 
 def _curves(motion: Motion, gait: Gait) -> list[Row]:
-    curves = []
+    curves: list[Row] = []
     for name in (f"{side}_{part}" for part in _IN_STRIDES for side in SIDES.values()):
         spans = np.array([(s.start_s, s.stop_s) for s in gait.strides if s.side == name[0]]).reshape(-1, 2)
         curves += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
-    return [Curves(tuple(curves))]
+    return curves
 
 
 def peaks(
