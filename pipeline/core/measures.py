@@ -87,10 +87,6 @@ class Remark:
         if self.name != "withheld" and (of := self.name.removesuffix("_withheld")) not in TOGETHER:
             _known(of)
 
-    @property
-    def key(self) -> str:
-        return self.name
-
 
 @dataclass(frozen=True)
 class Moments:
@@ -273,7 +269,7 @@ def nested(rows: Iterable[Row]) -> dict[str, Any]:
         for name in row.group:
             place = place.setdefault(name, {})
         if isinstance(row, Remark):
-            place[row.key] = row.text
+            place[row.name] = row.text
         elif isinstance(row, Moments):
             place[row.key] = list(row.at_s)
         elif isinstance(row, Curve):

@@ -145,7 +145,7 @@ def rows(take: Take) -> Iterator[Row]:
         of = take.figures.group(*row.group)
         place, side = ".".join((*row.group, "")), row.side or None
         if isinstance(row, Remark):
-            yield Row(place + row.key, side, text=row.text)
+            yield Row(place + row.name, side, text=row.text)
         elif isinstance(row, Moments):
             of_repetitions = len(row.at_s) == len(of.times("stride_start") or of.times("start"))
             for i, at_s in enumerate(row.at_s):
