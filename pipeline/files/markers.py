@@ -74,20 +74,18 @@ def read_trc(path: Path) -> Markers:
             "format-unknown",
             f"expected a TRC file of marker positions, with its five lines of header: {error!r}.",
         ) from None
-    rows, width = [], 2 + 3 * len(names)
-    for number, line in enumerate(lines[5:], 6):
-        cells = [cell.replace(",", ".") for cell in _cells(line)[:width]] if line.strip() else []
-        try:
-            rows.append(
-                [float(cell or "nan") for cell in cells] + [np.nan] * (width - len(cells)) if cells else []
-            )
-        except ValueError:
-            wrong = next(i for i, cell in enumerate(cells) if cell and not _is_number(cell))
-            raise InputError(
-                "wrong-content",
-                f"line {number}, column {wrong + 1}: expected a number, got {cells[wrong]!r:.60}.",
-            ) from None
-    table = np.array([row for row in rows if row]).reshape(-1, width)
+    width = 2 + 3 * len(names)
+    table = np.full((len(lines[5:]), width), np.nan)
+    for row, line in enumerate(lines[5:]):
+        for column, cell in enumerate(_cells(line)[:width]):
+            try:
+                table[row, column] = float(cell.replace(",", ".") or "nan")
+            except ValueError:
+                raise InputError(
+                    "wrong-content",
+                    f"line {row + 6}, column {column + 1}: expected a number, got {cell!r:.60}.",
+                ) from None
+    table = table[[bool(line.strip()) for line in lines[5:]]]
     numbers = table[:, 0] if np.isfinite(table[:, 0]).all() else np.arange(len(table))
     return Markers(
         names,
@@ -101,14 +99,6 @@ def read_trc(path: Path) -> Markers:
 
 def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in (line.split("\t") if "\t" in line else line.split())]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 _PARAMETERS = {
