@@ -86,9 +86,4 @@ def _persons(name: str | Path) -> PersonNetwork:
     opened = open_model("person_detectors", name)
     if not isinstance(opened, Path):
         return opened
-    network = open_onnx(opened, "a network that finds people")
-    if len(network.inputs) != 1:
-        raise InputError(
-            "wrong-network", f"{network.path} is not a network that finds people: {network.looks}."
-        )
-    return PersonBoxes(network)
+    return PersonBoxes(open_onnx(opened, "a network that finds people"))

@@ -23,15 +23,16 @@ class PersonBoxes:
     """PersonNetwork of YOLOX."""
 
     def __init__(self, network: OnnxFile) -> None:
-        (image,), shapes = network.inputs.values(), list(network.outputs.values())
+        images, shapes = list(network.inputs.values()), list(network.outputs.values())
         boxes = [i for i, shape in enumerate(shapes) if len(shape) == 3 and (shape[2] or 5) == 5]
         labels = [i for i, shape in enumerate(shapes) if len(shape) == 2]
-        if len(image) != 4 or image[1] != 3 or len(boxes) != 1 or len(boxes) + len(labels) != len(shapes):
+        takes_one = len(images) == 1 and len(images[0]) == 4 and images[0][1] == 3
+        if not takes_one or len(boxes) != 1 or len(boxes) + len(labels) != len(shapes):
             raise InputError(
                 "wrong-network", f"{network.path} is not a network that finds people: {network.looks}."
             )
         self._network = network
-        self._size = (image[3] or _SIDE, image[2] or _SIDE)
+        self._size = (images[0][3] or _SIDE, images[0][2] or _SIDE)
         self._boxes, self._labels = boxes[0], labels[0] if labels else None
         self.method = f"people@{network.digest}"
 
