@@ -51,7 +51,7 @@ def mmfi(
     with needed_for("Training"):
         import torch
 
-        from .training.rectifier import TrainConfig, best_of, parts_of, train
+        from .training.rectifier import TrainConfig, best_of, parts_of, step_s, train
     torch.set_num_threads(threads)
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
@@ -69,6 +69,10 @@ def mmfi(
         print(
             f"{name}: {', '.join(f'{len(split[part])} {part}' for part in ('train', 'val', 'test'))} people"
         )
+    hours = len(runs) * runs["S2"].schedule.steps * step_s(runs["S2"], device) / 3600
+    print(
+        f"{len(runs)} trainings take about {hours:.2g} h, less what an earlier start has trained", flush=True
+    )
     rows: dict[str, dict[str, Any]] = {}
     for name, run in runs.items():
         train(run, output / name, device)

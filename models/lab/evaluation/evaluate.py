@@ -58,6 +58,7 @@ REPORTS = {
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
     "gait": Report(".gait", _VIRTUAL, runs=True),
     "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
+    "verdicts": Report(".verdicts", _VIRTUAL, runs=True),
     "repetitions": Report(".repetitions", ("lifter", "bed"), {"bed": "typical"}, runs=True),
     "errors": Report(
         ".errors", ("lifter", "seed", "sets", "because", "part", "fit", "errors"), runs=True

@@ -19,6 +19,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.files.atomic import refuse_unwritable, write_json
+from ....pipeline.files.digest import sha256
 from .clips import Clip, read_mocap, subject_of
 from .convert import How, read_folder, write_mocap
 
@@ -26,6 +27,7 @@ from .convert import How, read_folder, write_mocap
 SPLITS: dict[str, dict[str, list[str]]] = json.loads(
     Path(__file__).with_name("splits.json").read_text(encoding="utf-8")
 )
+_MADE = "data.json"  # digests of what was made
 # Acclaim's "radius" ends 19 cm from the elbow; the wrist markers of CMU's 01_01 are 29 away, and people's wrists 27.
 _FOREARM = 1.38
 # Arena's upper arm is 65 to 90 % of a real one, which is 1.05 forearms long (de Leva 1996).
@@ -66,22 +68,41 @@ def of_tennis(clip: Clip) -> Clip:
 
 @dataclass(frozen=True)
 class Source:
-    """file: in the data folder, without an ending. format: of convert.FORMATS. made: what is changed in a clip as it
-    was read. who: convert.How's `subject`. Where it is from, and its licence: docs/training.md."""
+    """file: in the data folder, without an ending. name, what, address, licence: in words, for who has to fetch it.
+    format: of convert.FORMATS. who: files.How's `subject`. made: what is changed in a clip as it was read."""
 
     file: str
+    name: str
+    what: str
+    address: str
+    licence: str
     format: str
     made: Callable[[Clip], Clip]
     who: str | None = None
 
+    @property
+    def way(self) -> str:
+        return f"{self.name} ({self.licence}): download {self.what} from {self.address}, unpack it"
+
 
 SOURCES = {
-    "cmu": Source("cmu_mocap", "asfamc", with_whole_forearms),
-    "accad": Source("accad_mocap", "bvh", of_accad, r"((?:Male|Female)\d)"),
-    "tennis": Source("tennis_mocap", "bvh", of_tennis),
-    "hdm05": Source("hdm05_subset", "asfamc", with_whole_forearms),
-}
-_WAY = "docs/training.md says what to download from where"
+    "cmu": Source(
+        "cmu_mocap", "CMU's motion capture", "all ASF/AMC files", "mocap.cs.cmu.edu",
+        "free for all uses, the data itself not to be resold", "asfamc", with_whole_forearms,
+    ),
+    "accad": Source(
+        "accad_mocap", "ACCAD's Open Motion Project", "the BVH files of Male1, Male2 and Female1",
+        "accad.osu.edu (Motion Lab)", "CC BY 3.0", "bvh", of_accad, r"((?:Male|Female)\d)",
+    ),
+    "tennis": Source(
+        "tennis_mocap", "Tennis-MoCap", "a folder of BVH files for each player",
+        "the authors of LNCS 10125, pp. 309-317", "CC BY-SA 3.0", "bvh", of_tennis,
+    ),
+    "hdm05": Source(
+        "hdm05_subset", "HDM05", "the cut AMC files with their ASF skeletons", "resources.mpi-inf.mpg.de/HDM05",
+        "CC BY-SA 3.0", "asfamc", with_whole_forearms,
+    ),
+}  # fmt: skip
 
 
 def data(
@@ -93,12 +114,16 @@ def data(
 ) -> None:
     """Make a data folder for training and evaluation from free motion capture that was downloaded.
 
-    A folder that already has a file of the data folder gives that file. What is there is not made again.
+    A folder that already has a file of the data folder gives that file. What is there is not made again. Without a
+    folder it says what to download from where.
     """
     folders = {"cmu": cmu, "accad": accad, "tennis": tennis, "hdm05": hdm05}
     given = {name: folder for name, folder in folders.items() if folder is not None}
     if not given:
-        raise InputError("needs-input", f"Expected a folder with --{', --'.join(SOURCES)}; {_WAY}.")
+        ways = "; ".join(
+            f"{source.way}, and give its folder with --{name}" for name, source in SOURCES.items()
+        )
+        raise InputError("needs-input", f"Expected a folder of motion capture. {ways}.")
     refuse_unwritable(output)
     output.mkdir(parents=True, exist_ok=True)
     for name, folder in given.items():
@@ -107,7 +132,7 @@ def data(
         people, minutes = len({subject_of(clip.name) for clip in clips}), sum(map(len, clips)) / 1800
         print(
             f"{output / source.file}.npz: {how_many(len(clips), 'clip')} of {how_many(people, 'person', 'people')}, "
-            f"{minutes:.1f} min"
+            f"{minutes:.1f} min; credit: {source.licence}"
         )
     write_json(output / "splits.json", splits_of(output))
     print(f"{output / 'splits.json'}: for training and evaluation set PCNET3D_DATA={output}")
@@ -115,10 +140,19 @@ def data(
 
 def made(source: Source, folder: Path, output: Path) -> tuple[Clip, ...]:
     """The clips of a source's file, which is written unless it is there. InputError for a folder without recordings,
-    and for a damaged file."""
-    path, ready = output / f"{source.file}.npz", folder / f"{source.file}.npz"
-    if not path.exists():
-        write_mocap(path, read_mocap(ready) if ready.exists() else converted(source, folder))
+    and for a file that is not as it was made."""
+    path, listing = output / f"{source.file}.npz", output / _MADE
+    digests = json.loads(listing.read_text(encoding="utf-8")) if listing.exists() else {}
+    if path.exists():
+        if digests.get(source.file) != sha256(path):
+            raise InputError(
+                "file-damaged",
+                f"Expected {path} as this command made it, but its digest is another one; remove it to make it anew.",
+            )
+        return read_mocap(path)
+    ready = folder / path.name
+    write_mocap(path, list(read_mocap(ready)) if ready.exists() else converted(source, folder))
+    write_json(listing, {**digests, source.file: sha256(path)})
     return read_mocap(path)
 
 
@@ -126,7 +160,7 @@ def converted(source: Source, folder: Path) -> list[Clip]:
     """The recordings of a folder as the data folder has them, of people who are in a part. InputError for a folder that
     is not there, and where nothing can be read."""
     if not folder.is_dir():
-        raise InputError("cannot-open", f"Expected a folder at {folder}; {_WAY}.")
+        raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
     by_file = people if source.format == "asfamc" else set()

@@ -21,7 +21,6 @@ LAB = ("evaluate", "mmfi", "mocap", "testbed", "train")  # commands whose flags 
 RUN = ("run", "--poses", "X3D.npy", "-o", "out")
 LINES = {
     "commands": lambda name: (name, "x"),
-    "lab": lambda name: ("lab", name, "x"),
     "flags": lambda name: (*["lab"][: name.startswith(LAB)], *name.split(), "-o", "out"),
     "settings": lambda name: (*RUN, "--set", name if "=" in name else f"{name}=1"),
     "adapters": lambda name: (*RUN, "--adapter", name),

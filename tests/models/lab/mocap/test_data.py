@@ -37,6 +37,13 @@ def test_the_sample_becomes_a_folder_by_which_a_row_of_the_readme_is_measured(tm
     assert 0 < added["geometric, a take"]["wrist"]["vertical"]["rmse"]["p50"] < 1
 
 
+def test_a_file_that_was_changed_since_is_refused(tmp_path):
+    succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path))
+    with open(tmp_path / "cmu_mocap.npz", "ab") as file:
+        file.write(b"more")
+    refused(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path), "its digest is another one")
+
+
 def test_recordings_are_converted_with_whole_forearms(acclaim, tmp_path):
     """Of CMU only those of people who are in a part."""
     for person in ("07", "150"):
@@ -78,9 +85,13 @@ def test_of_accad_and_tennis_people_are_named_as_the_splits_name_them(clips):
         assert length(serve, f"{side}_shoulder", f"{side}_elbow") == pytest.approx(1.05 * forearm, rel=1e-5)
 
 
-@pytest.mark.parametrize("words", [(), ("--cmu", "nowhere")])
-def test_where_nothing_is_it_says_where_it_is_told_what_to_fetch(tmp_path, words):
-    refused(pcnet3d("lab", "data", *words, "-o", "data", cwd=tmp_path), "download", "docs/training.md")
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [((), "mocap.cs.cmu.edu"), ((), "accad.osu.edu"), (("--cmu", "nowhere"), "all ASF/AMC files")],
+)
+def test_where_nothing_is_it_says_what_to_fetch_from_where(tmp_path, words, what):
+    said = pcnet3d("lab", "data", *words, "-o", "data", cwd=tmp_path)
+    refused(said, "download", what)
     assert not (tmp_path / "data" / "cmu_mocap.npz").exists()
 
 

@@ -85,7 +85,9 @@ def test_the_table(commands, tmp_path, capsys):
     (tmp_path / "tiny.toml").write_text(small, encoding="utf-8")
     out = tmp_path / "out"
     module.mmfi(tree, out, config=tmp_path / "tiny.toml", device="cpu", threads=1)
-    assert (out / "mmfi.md").read_text() in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert said.index("2 trainings take about") < said.index("parameters")  # before it starts
+    assert (out / "mmfi.md").read_text() in said
     tested = json.loads((out / "mmfi.json").read_text())["rows"]
     assert list(tested) == ["S2", "S3"]
     assert all(set(of) == {"geometric", "pcnet"} for of in tested.values())

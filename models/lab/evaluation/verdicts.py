@@ -1,0 +1,68 @@
+"""Whether the verdict follows the error:  pcnet3d lab evaluate verdicts -o DIR
+
+Takes of all kinds of motion, whose images tell up; two in three by keypoints that are worse in unusual postures than
+their scores say. A take is far off where its joints are by over 100 mm on average, the body rotated onto the truth in
+each frame, in one scale.
+"""
+
+from __future__ import annotations
+
+import zlib
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.notices import verdict
+from ....pipeline.core.rotations import is_finite
+from ....pipeline.core.take import Take
+from ...common.metrics import rigid_error
+from ..common.metrics import Figure, person_size
+from ..mocap.clips import Clip
+from .runs import Question, finished
+from .testbed import SeenTake
+
+FAR_MM = 100.0
+# How many times larger a detector's errors are in unusual postures, without its scores telling.
+_TIMES = (1.0, 3.0, 6.0)
+ABOUT = (
+    "By verdict: how many takes are off by over 100 mm (far), and p50 / mean / p95 of the takes' errors, mm."
+)
+
+
+def error_mm(take: Take, truth: SeenTake) -> float:
+    """Mean over frames and joints, the body rotated onto the truth in each frame; NaN of a take without a whole one."""
+    poses = take.need("poses")
+    found, true = poses.joints.astype(np.float64), truth.truth[poses.frame_index].astype(np.float64)
+    whole = is_finite(found).all(axis=1) & is_finite(true).all(axis=1)
+    if not whole.any():
+        return float("nan")
+    found, true = found[whole], true[whole]
+    return float(1000 * rigid_error(found * person_size(true) / person_size(found), true).mean())
+
+
+def tables(question: Question) -> dict[str, Any]:
+    """{"verdicts": {verdict: {"takes", "far", "error": Figure}}}."""
+    errors: dict[str, list[float]] = {}
+    for number, times in enumerate(_TIMES):
+        how = question.how(image=True, unsuspected=times)
+        for one in finished(
+            question, how, only=lambda clip, number=number: _kind_of_keypoints(clip) == number
+        ):
+            mm = float("nan") if one.take is None else error_mm(one.take, one.truth)
+            if one.take is not None and np.isfinite(mm):
+                errors.setdefault(verdict(one.take.judged), []).append(mm)
+    return {
+        **question.heading(),
+        "verdicts": {
+            judged: {
+                "takes": len(every),
+                "far": float((np.array(every) > FAR_MM).mean()),
+                "error": Figure.of(np.array(every)),
+            }
+            for judged, every in errors.items()
+        },
+    }
+
+
+def _kind_of_keypoints(clip: Clip) -> int:
+    return zlib.crc32(clip.name.encode()) % len(_TIMES)
