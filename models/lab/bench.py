@@ -125,7 +125,7 @@ def _floor(options: RunOptions, output: Path) -> None:
 
 def _seen(options: RunOptions) -> tuple[PoseSequence, tuple[int, int]]:
     """Every image decoded; keypoints as they are given, or found in one look at each image; and the image's size."""
-    from ...pipeline.files.video_frames import images_from, shown_size
+    from ...pipeline.files.video_frames import images_from
     from ...pipeline.reading.load import read_video
     from ..detector.load import load_detector
 
@@ -133,7 +133,7 @@ def _seen(options: RunOptions) -> tuple[PoseSequence, tuple[int, int]]:
     found, before, size = [], (), options.image_size
     if options.video is not None:
         video = read_video(options.video)
-        size = shown_size(video)
+        size = video.size
         for _, image in images_from(video):
             if detector is not None:
                 before = detector.people(image, before)
