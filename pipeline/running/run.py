@@ -18,7 +18,7 @@ from ..core.messages import how_many
 from ..core.pose import package_version
 from ..core.system import give_memory_back, is_file_name
 from ..core.take import Take
-from ..files.atomic import SUMMARY, add_to_summary, sign, whole_folder, write_json
+from ..files.atomic import SUMMARY, add_to_summary, require_space, sign, whole_folder, write_json
 from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
@@ -107,6 +107,8 @@ def _run(
     kept = checkpoint_of(output)
     recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
     with whole_folder(output, force, inputs_of(options, recipe)) as folder:
+        if recipe.has("record"):
+            _require_space_of_video(folder, options)
         if everybody and recipe.has("detect"):
             options, recipe = _detected(folder, options, recipe, done), recipe.without("detect")
         with computing_on(options.device) as placement:
@@ -118,6 +120,13 @@ def _run(
             runs = _processed(people, folder, recipe, placement, done, everybody)
     kept.unlink(missing_ok=True)
     return runs
+
+
+def _require_space_of_video(folder: Path, options: RunOptions) -> None:
+    """The recording holds the whole video: InputError before the detection and not after it, where the disk is full."""
+    whole = not options.no_frames and options.time_range is None
+    if whole and options.video is not None and options.video.is_file():
+        require_space(folder, options.video.stat().st_size, "The recording")
 
 
 def _detected(folder: Path, options: RunOptions, recipe: Recipe, done: Done) -> RunOptions:

@@ -1,11 +1,14 @@
 """A disk that becomes full, wherever that is, ends a run with a sentence; never with a wait."""
 
 import resource
+import shutil
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from pcnet3d.pipeline import RunOptions
+from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.drawing.rerun_file import recording_file
 from refusals import refused
 
@@ -31,3 +34,15 @@ def _log_until_full(path, written):
             file.stream.flush()
             file.check()
             written.append(block)
+
+
+def test_a_video_that_the_disk_has_no_room_for_is_told_before_it_is_read(tmp_path, monkeypatch):
+    """After an hour of detection the recording was refused."""
+    video, done = tmp_path / "video.mp4", []
+    video.write_bytes(bytes(2000))
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
+    with refused("cannot-write"):
+        run_files(RunOptions(video=video), tmp_path / "out", done=lambda *stage: done.append(stage))
+    assert (done, [path.name for path in tmp_path.iterdir()]) == ([], ["video.mp4"])
+    with refused("format-unknown"):  # without the video in it, no room is asked for
+        run_files(RunOptions(video=video, no_frames=True), tmp_path / "out")
