@@ -279,28 +279,29 @@ def exit_code(take: Take) -> int:
 
 
 def trusted(take: Take) -> str:
-    """How far a take can be trusted, in short: how its poses are, what makes them less than good, and how well up is
-    known."""
+    """How far a take can be trusted, in short: how its poses are and why, and how well up is known."""
     parts = []
     if take.verdict is not None:
-        faults = "; ".join(fault.text.rstrip(".") for fault in grave(take.judged))
-        parts.append(f"{poses_are(take)}{': ' * bool(faults)}{faults}.")
+        name, why = poses_are(take)
+        parts += [f"{name}.", *why]
     if take.rectified is not None:
         parts.append(up_words(take))
     return " ".join(parts)
 
 
-def poses_are(take: Take) -> str:
-    """The verdict on a take's poses, such as "The poses are good"; of poses without a fault that lack joints in most
-    frames, or whose error nothing tells, no more than that."""
-    faults = [fault.code for fault in grave(take.judged)]
-    if faults == ["too-few-frames"]:
-        return "The poses cannot be judged"
-    if not faults and take.error_unknown:
-        return "No fault was found in the poses, but how far they are off cannot be judged"
-    if not faults and whole_rows(take.need("poses")).mean() < _MOSTLY:
-        return "What was seen of the poses is good"
-    return f"The poses are {take.verdict}"
+def poses_are(take: Take) -> tuple[str, list[str]]:
+    """The verdict on a take's poses, such as "The poses are good", and sentences on why they are not; of poses without
+    a fault that lack joints in most frames, or whose error nothing tells, no more than that."""
+    faults = grave(take.judged)
+    if [fault.code for fault in faults] == ["too-few-frames"]:
+        name = "The poses cannot be judged"
+    elif not faults and take.error_unknown:
+        return "No fault was found in the poses", ["How far they are off cannot be judged."]
+    elif not faults and whole_rows(take.need("poses")).mean() < _MOSTLY:
+        name = "What was seen of the poses is good"
+    else:
+        name = f"The poses are {take.verdict}"
+    return name, [f"{fault.text.rstrip('.')}." for fault in faults]
 
 
 def up_bound(rectified: Rectified) -> tuple[float, float] | None:

@@ -9,7 +9,6 @@ from ...models.common.residuals import limb_scores
 from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.messages import spans_in_words
-from ...pipeline.core.notices import grave
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.running.sentences import ERRORS_OF_ANGLES, poses_are, up_bound, up_rests_on, up_words
@@ -76,16 +75,15 @@ def trust(take: Take) -> Markup:
 def _poses(take: Take) -> list[Check]:
     if take.verdict is None:
         return []
-    level: Level = {"unusable": "bad", "suspicious": "care"}.get(take.verdict, "good")  # type: ignore[assignment]
-    graver, poses = grave(take.judged), take.need("poses")
-    doubts = [doubt.text for doubt in graver] or [_undoubted(poses)]
-    if level == "good" and poses.duration_s < _SHOWS_FAULTS_S:
-        level = "care"
-        doubts.append("Less than half a second does not show faults that come and go.")
-    name = poses_are(take)
-    if not graver and name != "The poses are good":
-        level = "care"
-    return [(name, level, doubts)]
+    poses, (name, texts) = take.need("poses"), poses_are(take)
+    usual: Level = "good" if name == "The poses are good" else "care"
+    level: Level = "bad" if take.verdict == "unusable" else usual
+    if take.verdict == "good":
+        texts = [*texts, _undoubted(poses)]
+        if poses.duration_s < _SHOWS_FAULTS_S:
+            level = "care"
+            texts.append("Less than half a second does not show faults that come and go.")
+    return [(name, level, texts)]
 
 
 def _whole(poses: PoseSequence) -> np.ndarray:

@@ -102,7 +102,7 @@ def test_a_fault_that_is_in_the_verdict_is_no_warning_too(said, take, tmp_path, 
 def test_a_photograph_has_no_length_and_is_not_suspicious(take):
     photo = take.with_(poses=take.poses.rows(0, 1), findings=(notice("too-few-frames"),))
     assert length_of(photo) == "1 frame"
-    assert trusted(photo).startswith("The poses cannot be judged: ")
+    assert trusted(photo).startswith("The poses cannot be judged. ")
 
 
 def test_what_is_said_of_everybody_is_said_once(said):
