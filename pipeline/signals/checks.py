@@ -100,11 +100,8 @@ def chirality(poses: PoseSequence) -> Chirality:
     cues = np.concatenate(
         [handedness_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
     )
-    nose, knees, sides = cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3]
-    nose_share, nose_votes = _share(nose)
-    knee_share, knee_votes = _share(knees)
-    side_share, side_votes = _share(sides)
-    return Chirality(nose_share, knee_share, side_share, nose_votes, knee_votes, side_votes)
+    shares, votes = zip(*map(_share, (cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3])), strict=True)
+    return Chirality(*shares, *votes)
 
 
 def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
