@@ -143,6 +143,8 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
         ({"pitch": "inf"}, ["--set read.pitch=inf", "finite"]),
         ({"handedness": "ignroe"}, ["--set read.handedness=ignroe", "'ignore'"]),
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
+        ({"time_range": "8"}, ["--time-range=START:END", "'8'"]),
+        ({"time_range": (8, 2)}, ["START before END"]),
         ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
     ],
