@@ -17,6 +17,8 @@ from ...pipeline.core.errors import InputError
 from .opened import first_bytes, opened_text, whole_text
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
+# Of characters beyond 16 bits, or of names of files that are no text: alone they are none, which pydantic refuses.
+_HALVES = re.compile(r"(?<!\\)\\u[dD][89a-fA-F]..")
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
 # Roboflow's exports put a hash behind the name: walk_mp4-0003_jpg.rf.0f31b2.jpg
 _ROBOFLOW = re.compile(r"\.rf\.\w+$")
@@ -51,6 +53,7 @@ def _cut(text: str) -> Any:
     anything else."""
     if text.lstrip()[:1] not in ("[", "{"):
         raise ValueError("expected a list or an object")
+    text = _HALVES.sub("?", text)
     try:
         return from_json(text)
     except ValueError:
