@@ -236,8 +236,10 @@ def body_of(points: Iterable[str]) -> Layout:
     return Layout(f"{H36M17.name} and feet", (*H36M17.joints, *feet)) if feet else H36M17
 
 
-def layout_named(name: str) -> Layout:
-    """The layout of that name, in any case; InputError listing the names when there is none."""
+def layout_named(name: str | Layout) -> Layout:
+    """The layout of that name, in any case, or the layout itself; InputError listing the names when there is none."""
+    if isinstance(name, Layout):
+        return name
     by_key = {key.lower(): layout for key, layout in LAYOUTS.items()}
     if name.lower() not in by_key:
         raise InputError("name-unknown", f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")

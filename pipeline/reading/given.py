@@ -49,7 +49,7 @@ class Meaning:
     @property
     def layout(self) -> Layout:
         """InputError for another name."""
-        return H36M17 if self.joints is None else _layout(self.joints)
+        return H36M17 if self.joints is None else layout_named(self.joints)
 
     def refuse(self) -> None:
         """InputError where something is said: of poses that say it themselves."""
@@ -120,7 +120,7 @@ def layout_in_2d(count: int, joints: Layout | str | None, where: str) -> Layout:
     """The layout that is said, or the usual one of so many joints. InputError where it has another number."""
     if joints is None:
         return layouts_of(count, where)[0]
-    layout = _layout(joints)
+    layout = layout_named(joints)
     if len(layout) != count:
         raise InputError(
             "wrong-content",
@@ -148,10 +148,6 @@ def _poses(values: Any, meaning: Meaning, told: Told) -> PoseSequence:
         check_order(joints, layout, f"{where}: ", 'joints="{}"')
     made_by = MadeBy("estimated") if frame.family == "camera" else UNSAID
     return PoseSequence(joints, layout, frame, made_by=made_by)
-
-
-def _layout(joints: Layout | str) -> Layout:
-    return joints if isinstance(joints, Layout) else layout_named(joints)
 
 
 def _people(given: Any, meaning: Meaning) -> tuple[PoseSequence, ...]:
