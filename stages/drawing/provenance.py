@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
+from ...pipeline.running.sentences import poses_are
 
 RELATIVE = "relative to the camera"
 
@@ -30,7 +31,7 @@ def provenance(
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method
     if take.verdict:
-        lines["verdict"] = f"the poses are {take.verdict}"
+        lines["verdict"] = poses_are(take)[0]
     for number, warning in enumerate(take.texts("warning"), 1):
         lines[f"warning {number}"] = warning
     for number, step in enumerate(take.history if history is None else history, 1):

@@ -127,12 +127,13 @@ def _into_report(report: Path, sentences: list[str]) -> None:
 
 def _notes(solved: Solved) -> list[str]:
     """What a reader of ik.mot has to know."""
-    untold = (
-        [f"not told by the joints, left at the model's default: {', '.join(solved.fixed)}"]
-        if solved.fixed
-        else []
-    )
-    return [f"axial: {_AXIAL}", *untold]
+    return [f"axial: {_AXIAL}", *_fixed(solved)]
+
+
+def _fixed(solved: Solved) -> list[str]:
+    """Which coordinates the joints do not tell."""
+    names = ", ".join(solved.fixed)
+    return [f"not told by the joints, left at the model's default: {names}"] if names else []
 
 
 def _content(model: Path, version: str, solved: Solved, agreement: dict[str, Agreement]) -> dict[str, Any]:
@@ -171,10 +172,8 @@ def _lines(agreement: dict[str, Agreement]) -> list[str]:
 def _summary(solved: Solved) -> list[str]:
     every = solved.residuals_m[np.isfinite(solved.residuals_m)]
     worst, rms, _ = max(solved.residuals_by_marker(), key=lambda each: each[1])
-    lines = [
+    return [
         f"{how_many(len(solved.time_s), 'frame')}; markers {1000 * np.sqrt(np.mean(every**2)):.0f} mm from the joints "
-        f"(root mean square), {worst} most, {1000 * rms:.0f} mm"
+        f"(root mean square), {worst} most, {1000 * rms:.0f} mm",
+        *_fixed(solved),
     ]
-    if solved.fixed:
-        lines.append(f"not told by the joints, left at the model's default: {', '.join(solved.fixed)}")
-    return lines

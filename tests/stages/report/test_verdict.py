@@ -38,7 +38,7 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         assert (word == "good") == (name == "good")
         conclude({"": take}, tmp_path)
         assert f"\nThe poses are {word}" in capsys.readouterr().out
-        assert provenance(take)["verdict"] == f"the poses are {word}"
+        assert provenance(take)["verdict"] == f"The poses are {word}"
         page = report(take)
         assert f"The poses are {word}</dt>" in page
         said = summary(take)
