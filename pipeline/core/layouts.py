@@ -1,7 +1,7 @@
 """Joint layouts as data: names, bones, mirror pairs, and how to get from one to another by name.
 
 Joint orders: formats.md section 1 (orders A, B, C), section 7.3 (MPI-INF-3DHP). "l_" and "r_" are the
-subject's own left and right.
+person's own left and right.
 """
 
 from __future__ import annotations

@@ -140,7 +140,7 @@ def _of_middle() -> dict[str, Angle]:
         ),
         "trunk_lean_frontal": Angle(
             "Trunk",
-            "of the trunk line out of the plane of front and up", "to the subject's right",
+            "of the trunk line out of the plane of front and up", "to the person's right",
             _union(("pelvis", "thorax"), _FACING), True,
         ),
         "pelvis_obliquity": Angle(
@@ -149,7 +149,7 @@ def _of_middle() -> dict[str, Angle]:
         ),
         "thorax_pelvis_rotation": Angle(
             "Trunk",
-            "of the shoulder line against the hip line about the trunk line", "thorax turned to the subject's left",
+            "of the shoulder line against the hip line about the trunk line", "chest turned to the person's left",
             _union(_PELVIS, _THORAX), anatomy_deg=(-75.0, 75.0),
         ),
     }  # fmt: skip

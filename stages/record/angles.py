@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import Moments
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
@@ -112,7 +113,8 @@ def _view(name: str, words: str) -> rrb.View:
 
 
 def _title(name: str) -> str:
-    words = name.replace("_", " ").capitalize()
+    words = label_of(name).capitalize()
     if name not in MIDLINE:
         return f"{words}, right orange, left blue"
-    return f"{words}, positive: {ALL_ANGLES[name].positive}"
+    positive = ALL_ANGLES[name].positive
+    return words if words.endswith(positive) else f"{words}, positive: {positive}"
