@@ -40,7 +40,7 @@ PARTS = {  # by CSS: the box of how far to trust, and the first folded part, whi
 def commands(out: Path, data: Path) -> dict[str, list[str | Path]]:
     """The words of the command that makes each folder of `out`, in an order in which they can be run."""
     video, walker = data / "video" / "walk_crop.mp4", out / "walker-input"
-    boxing, skating = data / "native" / "motionbert", data / "native" / "mhformer" / "skating"
+    skating = data / "native" / "mhformer" / "skating"
     made: dict[str, list[str | Path]] = {
         "walker": ["demo"],
         "walker_film": [
@@ -48,10 +48,6 @@ def commands(out: Path, data: Path) -> dict[str, list[str | Path]]:
             "--keypoints", walker / "alphapose-results.json", "--stature", "1.75", "--also", "mp4",
         ],
         "walk_crop": ["run", video, "--detector", data / "models" / "movenet_lightning_int8.onnx"],
-        "boxing": [
-            "run", "--poses", boxing / "boxing_X3D.npy",
-            "--keypoints", boxing / "boxing_alphapose-results.json", "--fps", "30",
-        ],
         "skating": [
             "run", "--poses", skating / "output_3D" / "output_keypoints_3d.npz",
             "--keypoints", skating / "input_2D" / "keypoints.npz", "--fps", "25", "--camera", "moving",
