@@ -52,11 +52,12 @@ _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not tr
 # Trunk lengths, squared: from this product of their distances on two pairs at a bone's ends show by their direction
 # that none is exchanged.
 _SAME_WAY = 0.25
-# Two joints of one name leap to each other's places: within so many seconds, so many times faster than in nine of ten
-# steps of the take, between directions of which this is the cosine, both so many trunk lengths long; what lies midway
-# moves less than this share of the leap. Sound validation takes, runners among them, reach 1.9 times, a boxer 2.6; real
-# exchanges 2.2 to 35, most of them above 3.
-_LEAP_S, _FASTER, _OPPOSITE, _APART, _IN_PLACE = 0.1, 3.0, -0.8, 0.4, 0.25
+# Two joints of one name leap to each other's places: within so many seconds, by so many trunk lengths a second, and so
+# many times faster than in nine of ten steps of the take. They are apart by so many trunk lengths, before as far as
+# after but for this share, and opposite by this cosine; what lies midway moves less than this share of the leap. Sound
+# validation takes, runners among them, reach 1.9 times, a boxer 2.6; real exchanges 2.2 to 35, most of them above 3.
+_LEAP_S, _LEAP_SPEED, _FASTER = 0.1, 15.0, 3.0
+_APART, _ALIKE, _OPPOSITE, _IN_PLACE = 0.4, 0.6, -0.8, 0.25
 _CROSSED = 0.1  # of the leap: from there on they cross
 # Both limbs on one: their middle and outer joints are so near to each other in trunk lengths, for longer than limbs
 # need to pass, and come there or part in one step: by so many trunk lengths, by so many a second, and by so many times
@@ -267,14 +268,15 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
         apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
         steps = norm(np.diff(apart, axis=0)).T / step_s
         fast = [np.percentile(of[np.isfinite(of)], 90) if np.isfinite(of).any() else np.inf for of in steps]
+        least = np.maximum(_LEAP_SPEED, _FASTER * np.array(fast))
         wrong = np.zeros(len(image), dtype=bool)
         for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(image) - 1) + 1):
             old, new = apart[:-rows], apart[rows:]
             lengths = norm(np.stack([old, new]))
             leap = norm(new - old)
-            over = leap > _FASTER * np.array(fast) * (times[rows:] - times[:-rows])[:, None]
+            over = leap > least * (times[rows:] - times[:-rows])[:, None]
             over &= norm(middle[rows:] - middle[:-rows]) < _IN_PLACE * leap
-            over &= lengths.min(axis=0) > _APART
+            over &= lengths.min(axis=0) > np.maximum(_APART, _ALIKE * lengths.max(axis=0))
             over &= (old * new).sum(axis=-1) < _OPPOSITE * lengths.prod(axis=0)
             for row, joint in np.argwhere(over):
                 axis, end = new[row, joint] - old[row, joint], row + rows
