@@ -38,12 +38,11 @@ Texts = dict[str, str | tuple[str, ...]]
 
 @dataclass(frozen=True)
 class Entry:
-    """A take that is to be run. files: the paths among its options, by the options' names. labels: subject, visit and
-    condition, empty where not given."""
+    """A take that is to be run; paths among its options are absolute. labels: subject, visit and condition, empty where
+    not given."""
 
     name: str
     options: RunOptions
-    files: dict[str, Path]
     labels: dict[str, str]
 
 
@@ -61,7 +60,7 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
         raise InputError(
             "option-conflict", f"--set {min(wrong)}: that belongs to one take; write a manifest."
         )
-    shared, shared_files = _texts(common_values, Path.cwd(), "--set")
+    shared = _texts(common_values, Path.cwd(), "--set")
     folder = source.is_dir()
     rows = list(_folder(source) if folder else _manifest(source))
     if not rows:
@@ -71,14 +70,14 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
         raise InputError("nothing-usable", f"{source} names no take; expected {wanted}.")
     entries, places = list[Entry](), dict[str, str]()
     for where, row in rows:
-        row_values, files = _texts(row, source if folder else source.parent, where)
+        row_values = _texts(row, source if folder else source.parent, where)
         with naming(where):
             options, stem = _run_options({**shared, **row_values}), _stem(row_values)
             planned(options)
         name = row.get("name") or stem
         _check_name(name, where, places)
         labels = {label: row.get(label, "") for label in LABELS}
-        entries.append(Entry(name, options, {**shared_files, **files}, labels))
+        entries.append(Entry(name, options, labels))
     return tuple(entries)
 
 
@@ -99,9 +98,9 @@ def _column(name: str, where: str) -> str:
     return columns_of_flags.get(column, column)
 
 
-def _texts(row: Mapping[str, str], base: Path, where: str) -> tuple[Texts, dict[str, Path]]:
-    """The options in a row by their names, checked by their types one by one, and which of them are files."""
-    texts, files = Texts(), dict[str, Path]()
+def _texts(row: Mapping[str, str], base: Path, where: str) -> Texts:
+    """The options in a row by their names, checked by their types one by one; those that are files from `base` on."""
+    texts = Texts()
     for name, cell in row.items():
         if name in ("name", *LABELS):
             continue
@@ -110,9 +109,8 @@ def _texts(row: Mapping[str, str], base: Path, where: str) -> tuple[Texts, dict[
         with naming(where):
             value = _typed(name, texts[name])
             if isinstance(value, Path) or cell.lower().endswith(".onnx"):
-                files[name] = _existing(cell, base, name)
-                texts[name] = str(files[name])
-    return texts, files
+                texts[name] = _existing(cell, base, name)
+    return texts
 
 
 def _typed(name: str, text: str | tuple[str, ...]) -> Any:
@@ -205,7 +203,7 @@ def _take_of(path: Path) -> tuple[str, str | None]:
     return path.stem, next((role for role in ("poses", "keypoints") if role in gives), None)
 
 
-def _existing(cell: str, base: Path, name: str) -> Path:
+def _existing(cell: str, base: Path, name: str) -> str:
     try:
         path = (base / cell).resolve()
         exists = path.exists()
@@ -216,7 +214,7 @@ def _existing(cell: str, base: Path, name: str) -> Path:
         ) from None
     if not exists:
         raise InputError("cannot-open", f"{name}: expected a file at {path}, found nothing there.")
-    return path
+    return str(path)
 
 
 def _stem(texts: Texts) -> str:

@@ -75,15 +75,15 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """kept: done by an earlier batch and unchanged since. rows: the take's figures, one row a person. code: of the
-    refusal (InputError) for which it failed, if that is why."""
+    """kept: done by an earlier batch and unchanged since. exit_code, reason, code: as of Ended. rows: the take's figures,
+    one row a person."""
 
     name: str
     state: Literal["done", "kept", "failed"]
     exit_code: int = 0
     reason: str = ""
-    rows: tuple[dict[str, Any], ...] = ()
     code: str = ""
+    rows: tuple[dict[str, Any], ...] = ()
 
 
 def run_take(job: Job) -> Outcome:
@@ -117,30 +117,27 @@ def run_take(job: Job) -> Outcome:
             ended = run_apart(partial(go, job.entry.options, job.folder), job.log, job.timeout_s)
             if ended.exit_code:
                 _tidy(job.folder)
-                return _failed(name, ended)
+                return Outcome(name, "failed", *ended)
             add_to_summary(job.folder, **{_KEY: key})
             job.log.unlink(missing_ok=True)
             return Outcome(name, "done", rows=figures(job.folder))
     except (InputError, OSError) as error:
-        return _failed(name, failure(error))
-
-
-def _failed(name: str, ended: Ended) -> Outcome:
-    return Outcome(name, "failed", ended.exit_code, ended.reason, code=ended.code)
+        return Outcome(name, "failed", *failure(error))
 
 
 def result_key(entry: Entry) -> str:
     """What the take's result depends on, as a hash: options, contents of its files and of those that its recipe names,
     versions of all packages that take part."""
     given = entry.options.model_dump(mode="json", exclude_unset=True)
-    settings = given.pop("settings", {})
-    files = dict(entry.files)
+    values = {**given, **given.pop("settings", {})}
+    texts = {name: value for name, value in values.items() if isinstance(value, str) and os.path.isabs(value)}
+    files = {name: Path(text) for name, text in texts.items() if os.path.exists(text)}
     if "recipe" in files:
         for number, stage in enumerate(load_recipe(files["recipe"]).stages):
             for option, path in files_among(stage.options).items():
                 files[f"recipe {number} {option}"] = path
     content = {
-        "options": {name: value for name, value in {**given, **settings}.items() if name not in entry.files},
+        "options": {name: value for name, value in values.items() if name not in files},
         "files": {column: (printable(path.name), sha256(path)) for column, path in files.items()},
         "versions": registry.packages(),
     }

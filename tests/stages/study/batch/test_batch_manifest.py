@@ -48,7 +48,6 @@ def test_every_option_of_a_run_is_a_column(study):
         "pitch": -5, "roll": 2, "settings": {"rectify.rectifier": "geometric"},
         "recipe": study / "quick.toml", "camera": "static",
     }  # fmt: skip
-    assert one.files == {"poses": study / "a.npy", "recipe": study / "quick.toml"}
     assert two.name == "b"
     assert two.labels == {"subject": "", "visit": "", "condition": ""}
     assert given(two) == {"poses": study / "b.npy", "fps": 25, "camera": "static"}
@@ -145,7 +144,7 @@ def test_files_of_one_name_are_a_take(tmp_path, facing_camera, capsys):
         read_entries(tmp_path, {})
     (tmp_path / "b.json").rename(tmp_path / "people.json")
     takes = {
-        entry.name: {role: path.name for role, path in entry.files.items()}
+        entry.name: {role: path.name for role, path in given(entry).items()}
         for entry in read_entries(tmp_path, {})
     }
     assert takes == {

@@ -27,7 +27,7 @@ def figureless(name="t", **more):
 
 
 def test_people_of_one_take_are_counted_as_one_take():
-    entry = Entry("t", RunOptions(), {}, {"subject": "", "visit": "", "condition": ""})
+    entry = Entry("t", RunOptions(), {"subject": "", "visit": "", "condition": ""})
     people = [{"person": p, "level_ok": p != "1", "verdict": "suspicious", "measures": {}} for p in "012"]
     page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]))
     assert "1 take done, 0 failed." in page
@@ -127,7 +127,7 @@ def test_a_figure_has_the_digits_that_it_has_in_its_report(value, error, shown):
 def entry(tmp_path) -> Entry:
     (tmp_path / "a.npy").write_bytes(b"some poses")
     path = tmp_path / "a.npy"
-    return Entry("a", RunOptions(poses=path, fps=30), {"poses": path}, {"subject": "s"})
+    return Entry("a", RunOptions(poses=path, fps=30), {"subject": "s"})
 
 
 def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes(
@@ -138,7 +138,7 @@ def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes
     assert result_key(replace(entry, options=entry.options.with_(fps=25))) != first
     (tmp_path / "elsewhere").mkdir()
     moved = (tmp_path / "a.npy").rename(tmp_path / "elsewhere" / "a.npy")
-    entry = replace(entry, options=entry.options.with_(poses=moved), files={"poses": moved})
+    entry = replace(entry, options=entry.options.with_(poses=moved))
     assert result_key(entry) == first
     moved.write_bytes(b"other poses")
     assert result_key(entry) != first
@@ -158,8 +158,7 @@ def test_a_file_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch, sta
     file, recipe = tmp_path / named.split('"')[1], tmp_path / "r.toml"
     file.write_bytes(b"one")
     recipe.write_text(f'[[stages]]\nuse = "{stage}"\n{named}\n')
-    options = entry.options.with_(recipe=recipe)
-    entry = replace(entry, options=options, files={**entry.files, "recipe": recipe})
+    entry = replace(entry, options=entry.options.with_(recipe=recipe))
     first = result_key(entry)
     file.write_bytes(b"two")
     assert result_key(entry) != first
