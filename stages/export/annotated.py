@@ -18,7 +18,7 @@ from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
-from ...pipeline.signals.visibility import LEAST_SCORE
+from ...pipeline.signals.visibility import certain
 from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
@@ -110,8 +110,9 @@ class _Page:
         below = (len(self.angles) + 2) * self.line
         self.views = _views(self.body, side, self.size[1] - below)
         self.up = up_of_camera(take)
-        self.keypoints = take.keypoints
-        self.keypoint_rows = _by_frame(take.keypoints) if take.keypoints is not None else {}
+        # On those that the detector has not seen nothing rests.
+        self.keypoints = None if take.keypoints is None else certain(take.keypoints, None)
+        self.keypoint_rows = _by_frame(self.keypoints) if self.keypoints is not None else {}
 
     def drawn(self, number: int, image: np.ndarray) -> np.ndarray:
         """(H, W, 3) RGB of a frame's image."""
@@ -141,14 +142,12 @@ class _Page:
         _write(small, text, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
     def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> None:
-        """Those that the detector has seen: on others nothing rests."""
         import cv2
 
         points = keypoints.joints[row]
         if self.camera is not None and self.camera.intrinsics is not None:
             points = undistorted(points, self.camera.intrinsics)
-        unseen = keypoints.confidence[row] < LEAST_SCORE
-        at = np.where(unseen[:, None], np.nan, self._on_small(points))
+        at = self._on_small(points)
         draw_bones(small, at, keypoints.layout, self.thick)
         for name, point in zip(keypoints.layout.joints, at, strict=True):
             if is_finite(point):

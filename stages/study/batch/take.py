@@ -75,8 +75,8 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """kept: done by an earlier batch and unchanged since. exit_code, reason, code: as of Ended. rows: the figures of the
-    take, one row a person."""
+    """kept: done by an earlier batch and unchanged since. exit_code, reason, code: as of Ended. rows: the figures
+    of the take, one row a person."""
 
     name: str
     state: Literal["done", "kept", "failed"]
