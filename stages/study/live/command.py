@@ -30,7 +30,7 @@ from ...detect import Detect
 from ...rectify import Rectify
 from .frames import LivePose, Watch
 from .recording import live_recording
-from .source import Incoming, Source, open_source
+from .source import Source, open_source
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
@@ -140,7 +140,6 @@ def _recorded(
 ) -> tuple[dict[str, Any], InputError | None]:
     """Every image of a source until it ends or Ctrl-C: poses sent, LIVE, the video unless it is a file, KEYPOINTS. With
     the entry `live` of summary.json, and the refusal for which it ended where the disk is nearly full."""
-    incoming = Incoming(shown)
     own_video = folder / _VIDEO if shown.video is None else None
     total = None if shown.video is None else len(shown.video.time_s)
     if (full := _full(folder, 0)) is not None:
@@ -150,8 +149,8 @@ def _recorded(
         interruptible() as asked,
         counted("live", total) as count,
     ):
-        for shot in incoming.until(asked):
-            person, pose = watch.see(shot, incoming.dropped)
+        for shot in shown.until(asked):
+            person, pose = watch.see(shot, shown.dropped)
             if send is not None:
                 send(pose)  # before anything is written
             recording.log(shot, person, pose)
@@ -159,9 +158,9 @@ def _recorded(
             if (full := _full(folder, watch.search.seen)) is not None:
                 break
         recording.close()
-    if incoming.broke is not None:
-        say("warning", f"{incoming.broke} What came before is kept.")
-    summary: dict[str, Any] = {"frames": len(watch.latency_ms), "dropped": incoming.dropped}
+    if shown.broke is not None:
+        say("warning", f"{shown.broke} What came before is kept.")
+    summary: dict[str, Any] = {"frames": len(watch.latency_ms), "dropped": shown.dropped}
     latency = ""
     if watch.latency_ms:
         p50, p95 = (round(float(each), 2) for each in np.percentile(watch.latency_ms, (50, 95)))

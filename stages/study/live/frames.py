@@ -21,7 +21,7 @@ from ....models.lifter.live import LiveLifter
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Told
-from .source import Incoming, Shot, open_source
+from .source import Shot, open_source
 
 _LOST = 30  # frames without the person who is shown, after which another may be
 _WHOLE = ("frame", "person", "dropped")  # numbers of a LivePose without decimals, and its decimals unless two
@@ -97,12 +97,11 @@ def live_frames(
     if isinstance(detector, str | Path):
         detector = load_detector(detector, person_detector)
     watch = Watch(detector, rectifier, focal_px, told_up(Told(focal_px=focal_px, gravity=gravity)))
-    incoming = Incoming(shown)
-    for shot in incoming.until(lambda: False):
-        _, pose = watch.see(shot, incoming.dropped)
+    for shot in shown.until(lambda: False):
+        _, pose = watch.see(shot, shown.dropped)
         yield pose
-    if incoming.broke is not None:
-        raise incoming.broke
+    if shown.broke is not None:
+        raise shown.broke
 
 
 @dataclass(eq=False)

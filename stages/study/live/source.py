@@ -32,15 +32,72 @@ class Shot:
     came_s: float = field(default_factory=time.perf_counter)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Source:
     """name: in words. video: the file, where it is one. waits: whether images wait for who takes them: those of a file
-    do."""
+    do; of another source it is always the newest, numbered anew. dropped: how many came while nobody asked. broke: what
+    ended a source that had given images before."""
 
     name: str
     shots: Generator[Shot]
     video: Video | None
     waits: bool
+    dropped: int = 0
+    broke: InputError | None = None
+
+    def until(self, stop: Callable[[], bool]) -> Iterator[Shot]:
+        """Shots as they come, until the source ends or `stop` says so, which is asked several times a second.
+
+        InputError when the source gives nothing; one that breaks later has ended, for what came before is not lost.
+        """
+        given = 0
+        try:
+            for shot in self.shots if self.waits else self._newest(stop):
+                if stop():
+                    return
+                given += 1
+                yield shot
+        except InputError as error:
+            if not given:
+                raise
+            self.broke = error
+
+    def _newest(self, stop: Callable[[], bool]) -> Iterator[Shot]:
+        """What a thread of its own reads; the last one, too, is given before the source's end or its error."""
+        waiting = Queue[Shot | BaseException | None](1)
+        over = threading.Event()
+
+        def read() -> None:
+            end: BaseException | None = None
+            try:
+                with closing(self.shots) as shots:
+                    for shot in shots:
+                        if over.is_set():
+                            return
+                        with suppress(Empty):
+                            waiting.get_nowait()
+                            self.dropped += 1
+                        waiting.put(shot)
+            except BaseException as error:
+                end = error
+            waiting.put(end)
+
+        threading.Thread(target=read, daemon=True).start()
+        number = 0
+        try:
+            while not stop():
+                try:
+                    shot = waiting.get(timeout=_ASK_S)
+                except Empty:
+                    continue
+                if shot is None:
+                    return
+                if isinstance(shot, BaseException):
+                    raise shot
+                yield replace(shot, number=number)
+                number += 1
+        finally:  # also where nobody asks for more
+            over.set()
 
 
 def open_source(source: str) -> Source:
@@ -85,67 +142,3 @@ def _camera(source: str) -> Generator[Shot]:
             number += 1
     finally:
         camera.release()
-
-
-class Incoming:
-    """A source's shots: each of a source that waits, else always the newest, numbered anew. dropped: how many came
-    while nobody asked. broke: what ended a source that had given images before."""
-
-    def __init__(self, source: Source) -> None:
-        self.dropped = 0
-        self.broke: InputError | None = None
-        self._source = source
-
-    def until(self, stop: Callable[[], bool]) -> Iterator[Shot]:
-        """Shots as they come, until the source ends or `stop` says so, which is asked several times a second.
-
-        InputError when the source gives nothing; one that breaks later has ended, for what came before is not lost.
-        """
-        given = 0
-        try:
-            for shot in self._source.shots if self._source.waits else self._newest(stop):
-                if stop():
-                    return
-                given += 1
-                yield shot
-        except InputError as error:
-            if not given:
-                raise
-            self.broke = error
-
-    def _newest(self, stop: Callable[[], bool]) -> Iterator[Shot]:
-        """What a thread of its own reads; the last one, too, is given before the source's end or its error."""
-        waiting = Queue[Shot | BaseException | None](1)
-        over = threading.Event()
-
-        def read() -> None:
-            end: BaseException | None = None
-            try:
-                with closing(self._source.shots) as shots:
-                    for shot in shots:
-                        if over.is_set():
-                            return
-                        with suppress(Empty):
-                            waiting.get_nowait()
-                            self.dropped += 1
-                        waiting.put(shot)
-            except BaseException as error:
-                end = error
-            waiting.put(end)
-
-        threading.Thread(target=read, daemon=True).start()
-        number = 0
-        try:
-            while not stop():
-                try:
-                    shot = waiting.get(timeout=_ASK_S)
-                except Empty:
-                    continue
-                if shot is None:
-                    return
-                if isinstance(shot, BaseException):
-                    raise shot
-                yield replace(shot, number=number)
-                number += 1
-        finally:  # also where nobody asks for more
-            over.set()

@@ -17,7 +17,7 @@ from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Incoming
+from pcnet3d.stages.study.live.source import Source
 from refusals import refused
 
 
@@ -94,17 +94,17 @@ def test_closed_standard_streams_are_refused(tmp_path, monkeypatch):
 
 def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, toy_detector):
     """Or images would be left out while they load."""
-    order, loads = [], frames.Watch.for_camera
+    order, loads, looks = [], frames.Watch.for_camera, Source.until
 
     def for_camera(watch, image_size):
         order.append("networks")
         return loads(watch, image_size)
 
-    def incoming(source):
+    def until(source, stop):
         order.append("images")
-        return Incoming(source)
+        return looks(source, stop)
 
     monkeypatch.setattr(frames.Watch, "for_camera", for_camera)
-    monkeypatch.setattr(frames, "Incoming", incoming)
+    monkeypatch.setattr(Source, "until", until)
     next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
     assert order[:2] == ["networks", "images"]

@@ -15,7 +15,7 @@ from golden.recordings import GEOMETRIC, logged
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
+from pcnet3d.stages.study.live.source import Shot, Source, open_source
 from refusals import refused
 
 
@@ -54,9 +54,9 @@ def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
             yield Shot(number, number / 1000, np.zeros((2, 2, 3), np.uint8))
         came.release(2)  # the last is looked at too
 
-    incoming = Incoming(Source("camera", camera(), None, waits=False))
+    source = Source("camera", camera(), None, waits=False)
     numbers, times = [], []
-    for shot in incoming.until(lambda: False):
+    for shot in source.until(lambda: False):
         numbers.append(shot.number)
         times.append(shot.time_s)
         if shot.number == 0:
@@ -65,7 +65,7 @@ def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
         came.acquire()
     assert numbers == list(range(11))
     assert times == [number / 1000 for number in range(0, 201, 20)]
-    assert incoming.dropped == 190
+    assert source.dropped == 190
 
 
 def test_a_camera_that_is_pulled_out_ends_the_take_and_what_came_is_kept(
