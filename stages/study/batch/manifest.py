@@ -72,9 +72,12 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
     for where, row in rows:
         row_values = _texts(row, source if folder else source.parent, where)
         with naming(where):
-            options, stem = _run_options({**shared, **row_values}), _stem(row_values)
+            options = _run_options({**shared, **row_values})
+            files = [str(row_values[role]) for role in _ROLES if role in row_values]
+            if not files:
+                raise InputError("needs-input", "expected a video, poses or keypoints, found none of them.")
             planned(options)
-        name = row.get("name") or stem
+        name = row.get("name") or Path(files[0]).stem
         _check_name(name, where, places)
         labels = {label: row.get(label, "") for label in LABELS}
         entries.append(Entry(name, options, labels))
@@ -215,13 +218,6 @@ def _existing(cell: str, base: Path, name: str) -> str:
     if not exists:
         raise InputError("cannot-open", f"{name}: expected a file at {path}, found nothing there.")
     return str(path)
-
-
-def _stem(texts: Texts) -> str:
-    for role in _ROLES:
-        if role in texts:
-            return Path(str(texts[role])).stem
-    raise InputError("needs-input", "expected a video, poses or keypoints, found none of them.")
 
 
 def _check_name(name: str, where: str, places: dict[str, str]) -> None:

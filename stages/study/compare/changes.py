@@ -105,11 +105,15 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     """Of every range of motion, of walking and of how far knees bend and arms rise, that either run has; none of motion
     capture. near: whether both were filmed from about the same place. doubtful: whether the poses of one are, whose
     errors do not hold."""
-    if reference.run is None:
+    runs = [each.run for each in (reference, side) if each.run is not None]
+    if len(runs) < 2:
         return []
-    both = (reference.measures, side.measures)
+    both = [run.figures for run in runs]
     gaits = [of.group("walking").text("gait") for of in both]
-    between = ("again" if near else "elsewhere") if _one_lifter(side, reference) else None
+    # Lifts, with the errors that were judged, of the lifter whose differences are known as shares of these; others
+    # count as independent.
+    one_lifter = all(run.angle_errors == "judged" and judged(run.need("poses")) for run in runs)
+    between = ("again" if near else "elsewhere") if one_lifter else None
     metric = reference.metric and side.metric
     differences = []
     for group, path, item, name in _figures():
@@ -169,13 +173,6 @@ def _known(row: Measure | None, name: str) -> float:
     """A measure's value or error; NaN where there is none."""
     stated = None if row is None else getattr(row, name)
     return float("nan") if stated is None else stated
-
-
-def _one_lifter(side: Side, reference: Side) -> bool:
-    """Whether both are lifts, with the errors that were judged, of the lifter whose differences are known as shares of
-    these; others count as independent."""
-    runs = [each.run for each in (side, reference)]
-    return all(run is not None and run.angle_errors == "judged" and judged(run.need("poses")) for run in runs)
 
 
 def from_same_place(side: Side, reference: Side) -> bool:

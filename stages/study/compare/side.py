@@ -19,7 +19,6 @@ from ....pipeline.core.anthropometry import STATURES_M, implied_stature
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
-from ....pipeline.core.measures import Measures
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
@@ -63,11 +62,6 @@ class Side:
     sources: tuple[dict[str, Any], ...] = ()
     run: Take | None = None
     notices: tuple[Notice, ...] = ()
-
-    @property
-    def measures(self) -> Measures:
-        """Of the run; none for motion capture and where the run has none."""
-        return Measures() if self.run is None else self.run.figures
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
