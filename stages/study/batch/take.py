@@ -129,7 +129,8 @@ def result_key(entry: Entry) -> str:
     """What the take's result depends on, as a hash: options, contents of its files and of those that its recipe names,
     versions of all packages that take part."""
     given = entry.options.model_dump(mode="json", exclude_unset=True)
-    values = {**given, **given.pop("settings", {})}
+    settings = given.pop("settings", {})
+    values = given | settings
     texts = {name: value for name, value in values.items() if isinstance(value, str) and os.path.isabs(value)}
     files = {name: Path(text) for name, text in texts.items() if os.path.exists(text)}
     if "recipe" in files:

@@ -150,6 +150,21 @@ def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes
     assert result_key(entry) != first
 
 
+def test_of_a_file_that_a_setting_names_what_it_holds_counts_and_not_where_it_lies(entry, tmp_path):
+    one, other = tmp_path / "m.onnx", tmp_path / "elsewhere/m.onnx"
+    other.parent.mkdir()
+    for path in (one, other):
+        path.write_bytes(b"one")
+    keys = [
+        result_key(replace(entry, options=entry.options.with_(settings={"rectify.rectifier": str(path)})))
+        for path in (one, other)
+    ]
+    assert keys[0] == keys[1] != result_key(entry)
+    other.write_bytes(b"two")
+    options = entry.options.with_(settings={"rectify.rectifier": str(other)})
+    assert result_key(replace(entry, options=options)) != keys[0]
+
+
 @pytest.mark.parametrize(
     ("stage", "named"), [("rectify", 'rectifier = "m.onnx"'), ("calibrate", 'camera_file = "camera.toml"')]
 )
