@@ -18,7 +18,7 @@ from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
-from ...pipeline.signals.visibility import certain
+from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
@@ -111,7 +111,8 @@ class _Page:
         self.views = _views(self.body, side, self.size[1] - below)
         self.up = up_of_camera(take)
         # On those that the detector has not seen nothing rests.
-        self.keypoints = None if take.keypoints is None else certain(take.keypoints, None)
+        keypoints = take.keypoints
+        self.keypoints = keypoints and keypoints.without(keypoints.confidence < LEAST_SCORE)
         self.keypoint_rows = _by_frame(self.keypoints) if self.keypoints is not None else {}
 
     def drawn(self, number: int, image: np.ndarray) -> np.ndarray:
