@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.lab.mocap.convert import How, read_folder
+from pcnet3d.models.lab.training import rectifier
 from pcnet3d.pipeline import H36M17, InputError
 
 PEOPLE = ("S01", "S02", "S03", "S05", "S31")
@@ -74,8 +75,10 @@ def test_the_protocols_people(commands):
         assert set(split["train"]) == set(PEOPLE) - {test, "S01"}
 
 
-def test_the_table(commands, tmp_path, capsys):
+def test_the_table(commands, tmp_path, capsys, monkeypatch):
     module, tree = commands
+    # Export takes seconds, and is the trainer's.
+    monkeypatch.setattr(rectifier, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
     text = files("pcnet3d.models.lab.training").joinpath("mmfi.toml").read_text(encoding="utf-8")
     small = (
         text.replace("batch = 1024", "batch = 32")
