@@ -21,7 +21,7 @@ from ..core.rotations import rotate
 from ..core.take import AngleErrors, Take
 from ..signals.checks import nobody_upright, whole_rows
 
-_MOST_WORDS, _MOST_FIGURES = 60, 6
+_MOST_WORDS, _MOST_FIGURES = 40, 6
 _AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: half of the way up or down
 _SIDES = ("right", "left")
 # Each joint once: its other angles move along.
@@ -115,16 +115,14 @@ def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
         sentence += f" in {lasts_s:.1f} s"
     if ends := walking.text("not_visible"):
         sentence += f" ({ends} not visible)"
-    figures = [walking.figure(name) for name in ("cadence", "walking_speed")[: 1 + metric]]
+    figures = [row for name in ("cadence", "walking_speed")[: 1 + metric] if (row := walking.figure(name))]
+    none_stated = all(row.error is None for row in figures)
     clauses = [
-        f"{row.about.label} {row.in_words(UNITS[row.unit].page.format('m'))}{_unknown([row])}"
+        f"{row.about.label} {row.in_words(UNITS[row.unit].page.format('m'))}{'' if none_stated else _unknown([row])}"
         for row in figures
-        if row
     ]
-    yield (
-        int(steps.value),
-        " ".join([f"{sentence}.", f"{', '.join(clauses).capitalize()}." * bool(clauses)]).rstrip(),
-    )
+    told = f"{', '.join(clauses).capitalize()}{_unknown(figures) if none_stated else ''}."
+    yield int(steps.value), " ".join([f"{sentence}.", told * bool(clauses)]).rstrip()
 
 
 def _bent(bends: Measures) -> Iterator[tuple[int, str]]:

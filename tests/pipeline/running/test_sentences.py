@@ -89,7 +89,7 @@ def test_what_was_done_is_told_with_its_count_and_what_hides_some(measures, word
 def test_a_figure_without_an_error_has_two_digits_and_says_so():
     known = {name: value for name, value in WALK.items() if "error" not in name}
     said = answer(take(walking={**known, "walking_speed": 0.794488}))[0]
-    assert said.endswith("Cadence 98 steps/min (error not known), speed 0.79 m/s (error not known).")
+    assert said.endswith("Cadence 98 steps/min, speed 0.79 m/s (errors not known).")
 
 
 def test_a_peak_that_is_not_known_is_none_of_those_told():
@@ -199,13 +199,13 @@ def test_arms_of_a_leap_one_in_front_and_one_behind_are_not_raised_together():
     assert "both" not in answer(take(**arms(raised(0.2, 0.8, 1.8), raised(0.2, 0.4, 1.2))))[0]
 
 
-def test_the_first_screen_has_60_words_and_six_figures_and_no_units():
+def test_the_first_screen_has_40_words_and_six_figures_and_no_units():
     bends = {"knee_bends": {"count": 9, "squats": 4, "peak_deg": [90.0] * 9, "peak_error_deg": [5.0] * 9}}
     raises = arms({"count": 8, "peak_deg": [120.0] * 8}, {"count": 7, "peak_deg": [110.0] * 7})
     for unit in ("m", "arbitrary"):
         full = take(unit, **walking(not_visible="start and end", steps=10), **bends, **raises, jumps=JUMPS)
-        said = answer(full, further=["Right and left differ in very many words " + "and more " * 30])
-        assert len(" ".join(said).split()) <= 60
+        said = answer(full, further=["Right and left differ in very many words " + "and more " * 20])
+        assert len(" ".join(said).split()) <= 40
         shown = headlines(full)
         assert len(shown) <= 6
         assert any("m/s" in sentence for sentence in said) == (unit == "m")
