@@ -35,6 +35,7 @@ _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack 
 # from five sides: 24 and 30 a second are 0 to 2 degrees apart (1 on average), 60 and 120 by 0.2 at most.
 _APART, _ALIKE_HZ = 1.5, 60.0
 _CHANCE = "Of the figures that are said to differ, at most one in ten does so by chance (Benjamini & Hochberg 1995)."
+_IN_FILES = ("alignment", "turn_deg", "scale", "joints_mm", "same_place")  # of a pair
 _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
 
@@ -45,7 +46,7 @@ class Pair:
     changes: of the measures of both.
 
     Of takes of one motion only: times: (T,) the side's rows on the reference's clock. at_reference, sd: by angle (T,)
-    the reference's value at the side's rows, and the standard error of the difference. agreement: of figures.agreement
+    the reference's value at the side's rows, and the standard error of the difference. agreement: of align.agreement
     by angle. turn_deg, scale: what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints
     in LEVEL then.
     """
@@ -217,12 +218,8 @@ def figures(comparison: Comparison) -> dict[str, Any]:
         },
         "pairs": {
             pair.side.name: {
-                "alignment": None if pair.alignment is None else vars(pair.alignment),
-                "turn_deg": pair.turn_deg,
-                "scale": pair.scale,
-                "joints_mm": pair.joints_mm,
+                **{name: getattr(pair, name) for name in _IN_FILES},
                 "angles": pair.agreement,
-                "same_place": pair.same_place,
                 "changes": as_figures(pair.changes),
             }
             for pair in comparison.pairs
