@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _ROWS = 1 << 14  # written at a time
+_CYCLES = 64  # whose rows are made at a time
 _OTHER: dict[str, Side] = {"right": "left", "left": "right"}
 _WITH_CYCLES = ("knee_bends", "arm_raises", "repetitions", "walking")
 
@@ -180,8 +181,8 @@ def write_strides(take: Take, path: Path) -> None:
 
 
 def stride_tables(take: Take) -> Iterator[pa.Table]:
-    """A table without rows, which has the names of the columns; then one for each stride or repetition, whose rows are
-    each per cent of it, 0 to 100: the time of the take, the event that is nearest to it, and every angle and its
+    """A table without rows, which has the names of the columns; then some strides and repetitions each, whose rows are
+    each per cent of them, 0 to 100: the time of the take, the event that is nearest to it, and every angle and its
     standard deviation in degrees, of a spline through the frames; null where it is missing. An angle goes on through
     the end of its range within one cycle."""
     import pyarrow as pa
@@ -197,41 +198,43 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     angles = np.stack(
         [unwrapped(columns[name]) if name in degrees else columns[name] for name in angle_columns], axis=-1
     )
-    cycles = [(of, number, *span) for of in _moving(take.measures) for number, span in enumerate(of.spans)]
-    for of, number, start_s, stop_s in cycles:
-        at_s, events = np.linspace(start_s, stop_s, POINTS), {}
-        if of.path[0] == "walking":
-            events = _events(take.measures.group("walking"), of.rows[0].side, start_s, stop_s)
-        near = around(times, at_s)
-        own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
-        at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
-        curves = each_path(at_percents, angles[near].astype(np.float64), POINTS)
-        values = dict(zip(angle_columns, curves.T, strict=True))
-        for name in degrees:
-            values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)
-        labels = {"movement": ".".join(of.path), "side": of.rows[0].side, "number": number}
-        rows = {name: [value] * POINTS for name, value in labels.items()}
-        rows |= {"percent": np.arange(POINTS), "time_s": at_s}
-        rows |= {"event": [events.get(percent, "") for percent in range(POINTS)]} | values
-        yield pa.table(
-            [pa.array(rows[name], kind, from_pandas=True) for name, kind in kinds.items()], pa.schema(kinds)
-        )
+    walking = take.measures.group("walking")
+    for of, spans in ((of, of.spans) for of in _moving(take.measures)):
+        for some in blocks(len(spans), _CYCLES):
+            at_s = np.stack([np.linspace(*span, POINTS) for span in spans[some]])
+            near = around(times, at_s)
+            own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
+            at_percents = partial(resample, time_s=times[near], at_s=at_s.ravel(), seams=own_seams)
+            curves = each_path(at_percents, angles[near].astype(np.float64), at_s.size)
+            values = dict(zip(angle_columns, curves.T, strict=True))
+            for name in degrees:
+                centre_deg = ALL_ANGLES[name.removesuffix("_deg")].centre_deg
+                of_cycles = values[name].reshape(at_s.shape)
+                values[name] = np.concatenate([_within_range(curve, centre_deg) for curve in of_cycles])
+            labels = {"movement": ".".join(of.path), "side": of.rows[0].side}
+            rows = {name: [label] * at_s.size for name, label in labels.items()}
+            rows |= {"number": np.repeat(np.arange(len(spans))[some], POINTS), "time_s": at_s.ravel()}
+            rows |= {"percent": np.tile(np.arange(POINTS), len(at_s))} | values
+            rows["event"] = np.concatenate([_events(walking, of, *span) for span in spans[some]])
+            arrays = [pa.array(rows[name], kind, from_pandas=True) for name, kind in kinds.items()]
+            yield pa.table(arrays, pa.schema(kinds))
 
 
 def _angles(take: Take) -> list[str]:
     return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
 
 
-def _events(walking: Measures, own: Side, start_s: float, stop_s: float) -> dict[int, str]:
-    """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other. walking:
-    that group of a take."""
-    events = {}
+def _events(walking: Measures, of: Measures, start_s: float, stop_s: float) -> np.ndarray:
+    """(101,) what happens at the nearest per cent of a stride of a group: initial contacts and toe-offs of its own foot
+    and of the other; "" elsewhere, and in other groups than those of `walking`."""
+    events, own = np.full(POINTS, "", dtype=object), of.rows[0].side
+    if of.path[0] != "walking":
+        return events
     for prefix, side in (("other ", _OTHER[own]), ("", own)):
         for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
-            for at_s in walking.group(side).times(name):
-                percent = 100 * (at_s - start_s) / (stop_s - start_s)
-                if -0.5 <= percent <= 100.5:
-                    events[round(percent)] = f"{prefix}{words}"
+            percent = 100 * (np.array(walking.group(side).times(name)) - start_s) / (stop_s - start_s)
+            inside = percent[(percent >= -0.5) & (percent <= 100.5)]
+            events[np.round(inside).astype(int)] = f"{prefix}{words}"
     return events
 
 
