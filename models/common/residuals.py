@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,6 +51,7 @@ class Residuals:
         return _limb(self.px, limb)
 
 
+@lru_cache(maxsize=1)  # several stages ask about the same take
 def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> Residuals:
     """How far poses are off the keypoints of the same person, each frame placed by itself (`placed`), so that neither
     the body's place nor its size is part of it.
