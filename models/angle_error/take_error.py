@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
@@ -60,6 +61,8 @@ def _by_second(poses: PoseSequence, second: PoseSequence) -> float:
     both = np.asarray(is_finite(bodies[0]).all(axis=1) & is_finite(bodies[1]).all(axis=1))
     if both.sum() < _FEWEST:
         return float("nan")
-    apart = float(rigid_error(bodies[0][both], bodies[1][both]).mean())
+    bodies = [body[both] for body in bodies]
+    parts = [rigid_error(*(body[rows] for body in bodies)) for rows in blocks(len(bodies[0]))]
+    apart = float(np.concatenate(parts).mean())
     second_error = _by_lifter(second, None)
     return float(np.sqrt(max(apart**2 - second_error**2, second_error**2)))
