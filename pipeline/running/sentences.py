@@ -131,7 +131,7 @@ def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
         every = squats is not None and squats.value == count.value
         some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
         what = f"{_many(count, 'squat' if every else 'knee bend')}{some}"
-        yield int(count.value), _counted(what, [bends], "peak", " of the less bent knee")
+        yield int(count.value), _counted(what, [bends], "peak", " of both knees")
     yield from _held(bends, "Knees held bent")
 
 
@@ -172,7 +172,7 @@ def _jumped(jumps: Measures) -> Iterator[tuple[int, str]]:
 
 
 def _counted(what: str, groups: Sequence[Measures], figure: str, whose: str = "") -> str:
-    """A sentence such as "3 squats, peak of the less bent knee 95 to 102 ± 11°.", with that figure of all repetitions
+    """A sentence such as "3 squats, peak of both knees 95 to 102 ± 11°.", with that figure of all repetitions
     that have it."""
     rows = [row for of in groups for row in of.repetitions(figure)]
     if not rows:

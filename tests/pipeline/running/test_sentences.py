@@ -57,15 +57,15 @@ def test_a_walk_with_its_cadence_speed_and_knees():
         (walking(backward_steps=4), "Walked 4 steps (4 backwards) in 2.4 s. Cadence 98"),
         (
             {"knee_bends": {"count": 1, "squats": 1, "peak_deg": [102.4], "peak_error_deg": [6.9]}},
-            "1 squat, peak of the less bent knee 102 ± 11°.",
+            "1 squat, peak of both knees 102 ± 11°.",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 1, "peak_deg": [55.0, 90.0, 60.0]}},
-            "3 knee bends (1 squat), peak of the less bent knee 55 to 90° (errors not known).",
+            "3 knee bends (1 squat), peak of both knees 55 to 90° (errors not known).",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **UNSEEN}},
-            "At least 3 squats, peak of the less bent knee 95 to 102° (errors not known).",
+            "At least 3 squats, peak of both knees 95 to 102° (errors not known).",
         ),
         (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm, peak 80° (error not known)."),
         (arms({"holds": {"count": 1, "longest_s": 4.0}}, {}), "Right arm held up for 4.0 s."),
