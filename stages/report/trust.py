@@ -107,12 +107,14 @@ def _up(take: Take) -> Check:
         return name, "care" if bound is None else "good", texts
     if bound is None:
         return name, "care", [f"{texts[0]} So {_TO_GRAVITY} are uncertain."]
+    rests = up_rests_on(rectified)
     if turned := nobody_upright(rectified):
-        texts.append(turned.text)
-    elif bound[1] > _WELL:
-        tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
-        texts.append(f"{tilted}; angles between segments, such as the knee's, do not depend on up.")
-    return name, "care" if texts[1:] else "good", [*texts, up_rests_on(rectified)]
+        return name, "care", [*texts, turned.text, rests]
+    if bound[1] <= _WELL:
+        return name, "good", [*texts, rests]
+    tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
+    others = "angles between segments, such as the knee's, do not depend on up"
+    return name, "care", [*texts, rests, f"{tilted}; {others}."]
 
 
 def _angles(take: Take) -> list[Check]:
