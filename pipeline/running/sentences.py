@@ -72,15 +72,31 @@ def length_of(take: Take) -> str:
     return length + f", person {rows.person}" * any(each.code in _OTHERS for each in take.notices)
 
 
+@dataclass(frozen=True)
+class _Movement:
+    """A movement that was made `count` times, in a sentence without its figures and one with them."""
+
+    count: int
+    short: str
+    full: str
+
+
 def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
-    """Sentences about a take's movements, the most frequent first; where none was found, about the joints that range
-    furthest for their error; then `further` ones, as far as there is room. Nothing of a take without measures."""
+    """Sentences about a take's movements, the most frequent first, each with its figures if every movement is named
+    then; where none was found, about the joints that range furthest for their error; then `further` ones, as far as
+    there is room. Nothing of a take without measures."""
     if not take.measures:
         return []
     metric = take.need("poses").frame.metric
-    moved = sorted(_movements(take.measures, metric), key=lambda counted: -counted[0])
+    movements = sorted(_movements(take.measures, metric), key=lambda each: -each.count)
+    spare = _MOST_WORDS - sum(len(each.short.split()) for each in movements)
+    moved = []
+    for each in movements:
+        figures = len(each.full.split()) - len(each.short.split())
+        moved.append(each.full if figures <= spare else each.short)
+        spare -= figures * (figures <= spare)
     sentences, room = [], _MOST_WORDS
-    for sentence in [*(words for _, words in moved), *([] if moved else _ranges(take.measures)), *further]:
+    for sentence in [*(moved or _ranges(take.measures)), *further]:
         if len(sentence.split()) <= room:
             sentences.append(f"{sentence[0].upper()}{sentence[1:]}")
             room -= len(sentence.split())
@@ -96,15 +112,14 @@ def headlines(take: Take) -> list[tuple[str, str]]:
     ][:_MOST_FIGURES]
 
 
-def _movements(measures: Measures, metric: bool) -> Iterator[tuple[int, str]]:
-    """How often each movement was made, and a sentence about it."""
+def _movements(measures: Measures, metric: bool) -> Iterator[_Movement]:
     yield from _walked(measures.group("walking"), metric)
     yield from _bent(measures.group("knee_bends"))
     yield from _raised(measures.group("arm_raises"))
     yield from _jumped(measures.group("jumps"))
 
 
-def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
+def _walked(walking: Measures, metric: bool) -> Iterator[_Movement]:
     steps = walking.figure("steps")
     if steps is None:
         return
@@ -122,30 +137,30 @@ def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
         for row in figures
     ]
     told = f"{', '.join(clauses).capitalize()}{_unknown(figures) if none_stated else ''}."
-    yield int(steps.value), " ".join([f"{sentence}.", told * bool(clauses)]).rstrip()
+    yield _Movement(int(steps.value), f"{sentence}.", f"{sentence}. {told}" if clauses else f"{sentence}.")
 
 
-def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
+def _bent(bends: Measures) -> Iterator[_Movement]:
     count, squats = bends.figure("count"), bends.figure("squats")
     if count:
         every = squats is not None and squats.value == count.value
         some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
         what = f"{_many(count, 'squat' if every else 'knee bend')}{some}"
-        yield int(count.value), _counted(what, [bends], "peak", " of both knees")
+        yield _counted(count, what, [bends], "peak", " of both knees")
     yield from _held(bends, "Knees held bent")
 
 
-def _raised(arms: Measures) -> Iterator[tuple[int, str]]:
+def _raised(arms: Measures) -> Iterator[_Movement]:
     sides = {side: arms.group(side) for side in _SIDES}
     counts = {side: count for side, of in sides.items() if (count := of.figure("count"))}
     alike = len(counts) == 2 and len({_many(count, "") for count in counts.values()}) == 1
     if alike and _together(*sides.values()):
         count = counts["right"]
-        yield int(count.value), _counted(f"{_many(count, 'raise')} of both arms", [*sides.values()], "peak")
+        yield _counted(count, f"{_many(count, 'raise')} of both arms", [*sides.values()], "peak")
     else:
         for side, count in counts.items():
             what = f"{_many(count, 'raise')} of the {side} arm"
-            yield int(count.value), _counted(what, [sides[side]], "peak")
+            yield _counted(count, what, [sides[side]], "peak")
     for side, of in sides.items():
         yield from _held(of, f"{side.capitalize()} arm held up")
 
@@ -157,28 +172,32 @@ def _together(right: Measures, left: Measures) -> bool:
     return all(abs(at - at_other) <= _AT_ONCE * min(b - a, d - c) for (a, b), at, (c, d), at_other in pairs)
 
 
-def _held(of: Measures, what: str) -> Iterator[tuple[int, str]]:
+def _held(of: Measures, what: str) -> Iterator[_Movement]:
     holds = of.group("holds")
     if longest := holds.figure("longest"):
         count = holds.count()
         often, most = (f" {count} times", " at most") if count > 1 else ("", "")
         more = " or more" * longest.at_least
-        yield count, f"{what}{often} for {longest.value:.1f} s{more}{most}."
+        sentence = f"{what}{often} for {longest.value:.1f} s{more}{most}."
+        yield _Movement(count, sentence, sentence)
 
 
-def _jumped(jumps: Measures) -> Iterator[tuple[int, str]]:
+def _jumped(jumps: Measures) -> Iterator[_Movement]:
     if count := jumps.figure("count"):
-        yield int(count.value), _counted(_many(count, "jump"), [jumps], "height_by_flight_time")
+        yield _counted(count, _many(count, "jump"), [jumps], "height_by_flight_time")
 
 
-def _counted(what: str, groups: Sequence[Measures], figure: str, whose: str = "") -> str:
+def _counted(
+    count: Measure, what: str, groups: Sequence[Measures], figure: str, whose: str = ""
+) -> _Movement:
     """A sentence such as "3 squats, peak of both knees 95 to 102 ± 11°.", with that figure of all repetitions
     that have it."""
     rows = [row for of in groups for row in of.repetitions(figure)]
     if not rows:
-        return f"{what}."
+        return _Movement(int(count.value), f"{what}.", f"{what}.")
     some = f" ({len(rows)} of them)" if len(rows) < sum(of.count() for of in groups) else ""
-    return f"{what}, {rows[0].about.label}{whose}{some} {spread(rows)}{_unknown(rows)}."
+    figures = f"{rows[0].about.label}{whose}{some} {spread(rows)}{_unknown(rows)}"
+    return _Movement(int(count.value), f"{what}.", f"{what}, {figures}.")
 
 
 def _many(count: Measure, what: str) -> str:

@@ -206,6 +206,9 @@ def test_the_first_screen_has_40_words_and_six_figures_and_no_units():
         full = take(unit, **walking(not_visible="start and end", steps=10), **bends, **raises, jumps=JUMPS)
         said = answer(full, further=["Right and left differ in very many words " + "and more " * 20])
         assert len(" ".join(said).split()) <= 40
+        assert all(
+            any(name in sentence for sentence in said) for name in ("step", "knee bend", "raise", "jump")
+        )
         shown = headlines(full)
         assert len(shown) <= 6
         assert any("m/s" in sentence for sentence in said) == (unit == "m")
