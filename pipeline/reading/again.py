@@ -36,11 +36,11 @@ def rejoined(tracks: Sequence[PoseSequence], video: Video) -> tuple[PoseSequence
 def first_names(tracks: Sequence[PoseSequence], video: Video) -> dict[str, str]:
     """{name of each track: the name of its person's first one}. tracks: in IMAGE with times, in order of appearance.
 
-    Two are of one person where they may be (`_may_be`), look alike, and neither may as well be a third who is there
+    Two are of one person where they may be (`may_be`), look alike, and neither may as well be a third who is there
     beside the other.
     """
     names = {track.person: track.person for track in tracks}
-    pairs = [pair for pair in combinations(tracks, 2) if _may_be(*pair, video.size)]
+    pairs = [pair for pair in combinations(tracks, 2) if may_be(*pair, video.size)]
     looks = {
         track.person: _look(track, video)
         for track in {track.person: track for pair in pairs for track in pair}.values()
@@ -78,7 +78,7 @@ def joined(tracks: Sequence[PoseSequence], names: dict[str, str]) -> tuple[PoseS
     return tuple(people)
 
 
-def _may_be(first: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
+def may_be(first: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
     """Whether two tracks with times may be of one person: never in one image, in one scene, and wherever one goes on
     for the other, as large, by all but the arms, which may be up, and within reach of one who had not gone out of the
     image. size: the image's width and height."""

@@ -3,6 +3,7 @@ holds, in words, where none does. Nothing is unpickled."""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from pathlib import Path
 from typing import Literal
@@ -46,6 +47,7 @@ _KINDS = {  # by how files begin, some behind their length
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
 _SHOWN = 60  # characters of a text
 _UNKNOWN = "no text, and of no kind of file that is known here"
+_READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
 Gives = Literal["poses", "keypoints", "video", "imu"]
 
 
@@ -152,6 +154,21 @@ def refuse_damaged(path: Path) -> None:
     except InputError as error:
         if error.code in ("file-damaged", "nothing-usable", "unsafe"):
             raise
+    if path.suffix.lower() == ".json" and path.is_file() and path.stat().st_size <= _READ_JSON:
+        try:
+            json.loads(path.read_bytes().decode("utf-8-sig"))
+        except json.JSONDecodeError as error:
+            raise InputError(
+                "file-damaged",
+                f"{path} is JSON that is incomplete or damaged at line {error.lineno}, column {error.colno}; write or "
+                "copy it again.",
+            ) from None
+        except (
+            OSError,
+            ValueError,
+            RecursionError,
+        ):  # unreadable, or of another kind than detectors and lifters write
+            pass
 
 
 def why_no_input(path: Path, gives: str | None) -> str:

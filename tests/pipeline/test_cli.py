@@ -310,6 +310,6 @@ def test_real_files_go_through(data, tmp_path, poses, keypoints, adapter):
 def test_a_broken_real_file_is_carried_with_a_loud_warning(data, tmp_path):
     poses = data / "native" / "motionbert" / "broken_X3D.npy"
     result = succeeded(pcnet3d("run", "--poses", poses, "--fps", 25, "-o", tmp_path / "out"))
-    assert "he poses are unusable: " in result.stdout
+    assert "he poses are unusable. " in result.stdout
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
     assert ("bones", "unusable") in [(each["code"], each["weight"]) for each in said]

@@ -201,7 +201,7 @@ def test_options_that_cannot_be_are_refused_before_anything_is_computed():
         ({"camera": "moving", "pitch_deg": 3.0, "roll_deg": 0.0}, "A moving camera"),
         ({"pitch_deg": 3.0}, "only the pitch"),
         ({"roll_deg": 0.0}, "only the roll"),
-        ({"camera": "still"}, "static or moving"),
+        ({"camera": "still"}, "static, moving"),
     ]:
         with pytest.raises(InputError, match=words):
             Told(**options)
