@@ -332,7 +332,11 @@ def _leaps(speed: np.ndarray) -> np.ndarray:
     beside = minimum_filter(every, footprint=[[1], [0], [1]])
     usual = np.maximum(median_filter(every, (_AROUND, 1)), beside) + least
     faster = np.where(known, speed + least, 0.0) / np.maximum(usual, 1e-12)
-    return np.flatnonzero(np.median(faster, axis=1) > _ONCE)
+    leaps = np.flatnonzero(np.median(faster, axis=1) > _ONCE)
+    inside = (leaps >= _AROUND // 2) & (
+        leaps < len(speed) - _AROUND // 2
+    )  # at an end half of the rows around are not
+    return leaps[inside]
 
 
 def _rows_added(points: PoseSequence) -> list[Notice]:

@@ -219,6 +219,13 @@ def test_rows_that_are_lost_at_once_are_told_where_neither_numbers_nor_times_are
     assert "rows-lost" not in {each.code for each in alterations(timed)}
 
 
+def test_a_leap_at_an_end_is_no_loss_of_rows(pixels):
+    """The first five seconds of a real boxer were called suspicious: the detector settles in its first frame."""
+    settling = pixels.copy()
+    settling[0] -= 300.0
+    assert "rows-lost" not in codes(settling)
+
+
 def test_a_joint_that_leaps_at_every_tenth_row_of_a_short_take_loses_none(pixels):
     """Of a real film with OpenPose's keypoints: "at every 10th row the whole body moves further than in one frame"."""
     short = pixels[:95].copy()
