@@ -276,7 +276,8 @@ def measured(folder: Path, because: str = "") -> list[str]:
     for path, command in commands.items():
         if not path.exists():
             words = [because if word == "REASON" else word for word in command.split()]
-            subprocess.run([*words, "-o", str(path.parent)], check=True)
+            program = str(Path(sys.executable).with_name(words[0]))  # of this environment, activated or not
+            subprocess.run([program, *words[1:], "-o", str(path.parent)], check=True)
     return list(map(str, commands))
 
 

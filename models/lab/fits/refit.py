@@ -63,7 +63,7 @@ def kit(seed: int, fit: bool, output: Path) -> None:
     errors.tables(Question(seed=seed), errors.FITTED if fit else None, fit, output.parent)
 
 
-def take(folder: Path, of: Sequence[Step]) -> None:
+def take_steps(folder: Path, of: Sequence[Step]) -> None:
     """Take the steps that are left. InputError for a folder of other networks."""
     networks = {"lifter": load_lifter().method, "rectifier": load_rectifier("pcnet").method}
     said = folder / _NETWORKS
@@ -91,4 +91,4 @@ def take(folder: Path, of: Sequence[Step]) -> None:
 def refit(output: Annotated[Path, Option("-o", "--output", help="Folder of the steps' files.")]) -> None:
     """Fit all that rests on the networks anew, and judge it."""
     refuse_unwritable(output)
-    take(output.absolute(), steps())
+    take_steps(output.absolute(), steps())

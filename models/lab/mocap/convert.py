@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from typer import Argument, Option
@@ -42,11 +42,18 @@ _BACKWARD = 0.2  # share of knees bent forward at or below which left and right 
 _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1
 
 
-FORMATS = {  # pattern of the files, and that in words
-    "mmfi": (mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
-    "asfamc": ("*.[aA][mM][cC]", ".amc"),
-    "bvh": ("*.[bB][vV][hH]", ".bvh"),
-    "joints": ("*.[nN][pP][zZ]", ".npz"),
+class Format(NamedTuple):
+    """pattern: of the files. files_are: in words."""
+
+    pattern: str
+    files_are: str
+
+
+FORMATS = {
+    "mmfi": Format(mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
+    "asfamc": Format("*.[aA][mM][cC]", ".amc"),
+    "bvh": Format("*.[bB][vV][hH]", ".bvh"),
+    "joints": Format("*.[nN][pP][zZ]", ".npz"),
 }
 # The first that fits. MM-Fi comes before anything is searched through, for it has millions of files beside the joints;
 # .npz files lie beside other data as well, such as the one that this command writes.
@@ -151,12 +158,12 @@ def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
         if there:
             return next(iter(there.items()))
     wanted = FORMATS if format == "auto" else (format,)
-    kinds = ", ".join(FORMATS[name][1] for name in wanted)
+    kinds = ", ".join(FORMATS[name].files_are for name in wanted)
     raise InputError("nothing-usable", f"Expected motion capture ({kinds}) in {folder}, found none.")
 
 
 def _files(folder: Path, format: str) -> list[Path]:
-    pattern = FORMATS[format][0]
+    pattern = FORMATS[format].pattern
     if folder.is_file():
         return [folder] if folder.match(pattern) else []
     if format == "mmfi":

@@ -10,7 +10,7 @@ import pytest
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation.runs import Question
 from pcnet3d.models.lab.fits import refit as module
-from pcnet3d.models.lab.fits.refit import Step, steps, take
+from pcnet3d.models.lab.fits.refit import Step, steps, take_steps
 from refusals import refused
 
 
@@ -25,16 +25,16 @@ def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_o
     out = tmp_path / "out"
     order = [copies(source, "1.json", shipped), copies(shipped, "sub/2.json"), copies(missing, "3.json")]
     with pytest.raises(FileNotFoundError):
-        take(out, order)
+        take_steps(out, order)
     assert shipped.read_text() == (out / "sub" / "2.json").read_text() == "1"
     source.write_text("2")
     missing.write_text("3")
-    take(out, order)
+    take_steps(out, order)
     assert (out / "1.json").read_text() == "1"  # not taken again
     assert (out / "3.json").read_text() == "3"
     (out / "networks.json").write_text('{"lifter": "another"}')
     with refused("files-apart"):
-        take(out, [])
+        take_steps(out, [])
 
 
 def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
