@@ -129,7 +129,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {what} look wrong: {swaps} ({wrong} of {of:~frame}); run --set read.swaps=mask leaves these "
         "limbs out there."),
     "swaps-doubtful": ("warning", "left and right",
-        "The {what} look wrong: {doubt}, or near there."),
+        "The {what} look wrong: {doubt}, or in the frames before or after these."),
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~frame})."),
     "swapped-keypoints": ("warning", "left and right",

@@ -276,7 +276,7 @@ class Take:
     def error_unknown(self) -> bool:
         """Whether nothing tells how far its poses are off, neither their source nor a lifter's stated errors."""
         return (
-            self.angle_errors == "none" and self.poses is not None and self.poses.made_by.kind == "estimated"
+            self.angle_errors == "none" and self.poses is not None and self.poses.made_by.kind != "measured"
         )
 
     @property

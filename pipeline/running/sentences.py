@@ -46,6 +46,15 @@ ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
     "file": "from the given file",
     "none": "not known",
 }
+# What can be said of poses, by `judgement`.
+POSES_ARE = {
+    "good": "The poses are good",
+    "joints-missing": "What was seen of the poses is good",
+    "error-unknown": "No fault was found in the poses",
+    "too-few-frames": "The poses cannot be judged",
+    "suspicious": "The poses are suspicious",
+    "unusable": "The poses are unusable",
+}
 # What up may rest on, by the name of the evidence.
 _SOURCES = {
     "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
@@ -297,28 +306,30 @@ def exit_code(take: Take) -> int:
 
 def trusted(take: Take) -> str:
     """How far a take can be trusted, in short: how its poses are and why, and how well up is known."""
-    parts = []
-    if take.verdict is not None:
-        name, why = poses_are(take)
-        parts += [f"{name}.", *why]
-    if take.rectified is not None:
-        parts.append(up_words(take))
-    return " ".join(parts)
+    return " ".join([*poses_are(take), *([up_words(take)] if take.rectified is not None else [])])
 
 
-def poses_are(take: Take) -> tuple[str, list[str]]:
-    """The verdict on a take's poses, such as "The poses are good", and sentences on why they are not; of poses without
-    a fault that lack joints in most frames, or whose error nothing tells, no more than that."""
+def judgement(take: Take) -> str | None:
+    """What can be said of a take's poses, one of POSES_ARE: their verdict; of poses without a fault that lack joints in
+    most frames, or whose error nothing tells, and of too few of them, that. None where nothing looked at them."""
     faults = grave(take.judged)
     if [fault.code for fault in faults] == ["too-few-frames"]:
-        name = "The poses cannot be judged"
-    elif not faults and take.error_unknown:
-        return "No fault was found in the poses", ["How far they are off cannot be judged."]
-    elif not faults and whole_rows(take.need("poses")).mean() < _MOSTLY:
-        name = "What was seen of the poses is good"
-    else:
-        name = f"The poses are {take.verdict}"
-    return name, [f"{fault.text.rstrip('.')}." for fault in faults]
+        return "too-few-frames"
+    if take.verdict == "good" and take.error_unknown:
+        return "error-unknown"
+    if take.verdict == "good" and whole_rows(take.need("poses")).mean() < _MOSTLY:
+        return "joints-missing"
+    return take.verdict
+
+
+def poses_are(take: Take) -> list[str]:
+    """`judgement` in a sentence, and others on why it is no better; none where nothing looked at the poses."""
+    code = judgement(take)
+    if code is None:
+        return []
+    why = [f"{fault.text.rstrip('.')}." for fault in grave(take.judged)]
+    unknown = ["How far they are off cannot be judged."] * (code == "error-unknown")
+    return [f"{POSES_ARE[code]}.", *why, *unknown]
 
 
 def up_bound(rectified: Rectified) -> tuple[float, float] | None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
-from ...pipeline.running.sentences import poses_are
+from ...pipeline.running.sentences import POSES_ARE, judgement
 
 RELATIVE = "relative to the camera"
 
@@ -30,8 +30,8 @@ def provenance(
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method
-    if take.verdict:
-        lines["verdict"] = poses_are(take)[0]
+    if code := judgement(take):
+        lines["verdict"] = POSES_ARE[code]
     for number, warning in enumerate(take.texts("warning"), 1):
         lines[f"warning {number}"] = warning
     for number, step in enumerate(take.history if history is None else history, 1):

@@ -22,6 +22,7 @@ from ...pipeline.files.finished import OF_RECTIFIED
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
+from ...pipeline.running.sentences import judgement
 from ...pipeline.signals.checks import bone_spread
 from ..drawing.facts import mean, shared_up
 from .animation import BoneNames
@@ -178,6 +179,7 @@ def summary(take: Take) -> dict[str, Any]:
         "told": asdict(take.told),
         "inputs": take.inputs,
         "verdict": take.verdict,
+        "judgement": judgement(take),
         "notices": [each.as_dict() for each in take.said],
         "poses": {
             "frames": len(poses),

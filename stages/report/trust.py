@@ -11,7 +11,15 @@ from ...pipeline.core.measures import SD_90
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
-from ...pipeline.running.sentences import ERRORS_OF_ANGLES, poses_are, up_bound, up_rests_on, up_words
+from ...pipeline.running.sentences import (
+    ERRORS_OF_ANGLES,
+    POSES_ARE,
+    judgement,
+    poses_are,
+    up_bound,
+    up_rests_on,
+    up_words,
+)
 from ...pipeline.signals.angles import ANGLES
 from ...pipeline.signals.checks import moves, nobody_upright
 from ...pipeline.signals.filters import stretches
@@ -52,38 +60,40 @@ def trust(take: Take) -> Markup:
     if others := [each.text for each in take.notices if each.warns and not {each.code, each.text} & told]:
         checks.append(("Also", "care", others))
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
-    without_errors = take.angle_errors == "none"
-    verdict, reason = "Usable.", "The figures hold within their errors."
-    if level == "bad":
-        unusable = take.verdict == "unusable"
-        verdict, reason = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""
-    elif take.verdict == "suspicious":
-        verdict = "Check."
-        reason = f"Some figures may be off{'' if without_errors else ' by more than their errors'}."
-    elif any(each.code in _AGAINST_RATE for each in take.said):
-        reason = "Times and speeds hold only if the frame rate is right."
-    elif without_errors:
-        reason = "The errors of the angles are not known."
-    elif level == "care":
-        reason = ""
     marked = sum(how != "good" for _, how, _ in checks)
     points = f"{'point' if marked == 1 else f'{marked} points'} marked '!'"
     look = {"care": f"Look at the {points}.", "bad": "Look at what is marked.", "good": ""}[level]
-    return gauge(level, verdict, " ".join(filter(None, [reason, look])), checks)
+    word, reason = _conclusion(take, level)
+    return gauge(level, word, f"{reason} {look}".strip(), checks)
+
+
+def _conclusion(take: Take, level: Level) -> tuple[str, str]:
+    """What to do with a take of that level, in a word or two, and why, in a sentence or none."""
+    without_errors = take.angle_errors == "none"
+    if level == "bad":
+        what = "it" if take.verdict == "unusable" else "directions, heights and paths"
+        return f"Do not rely on {what}.", ""
+    if take.verdict == "suspicious":
+        return "Check.", f"Some figures may be off{' by more than their errors' * (not without_errors)}."
+    if any(each.code in _AGAINST_RATE for each in take.said):
+        return "Usable.", "Times and speeds hold only if the frame rate is right."
+    if without_errors:
+        return "Usable.", "The errors of the angles are not known."
+    return "Usable.", "Nothing speaks against the figures and their errors." * (level == "good")
 
 
 def _poses(take: Take) -> list[Check]:
-    if take.verdict is None:
+    code = judgement(take)
+    if code is None:
         return []
-    poses, (name, texts) = take.need("poses"), poses_are(take)
-    usual: Level = "good" if name == "The poses are good" else "care"
-    level: Level = "bad" if take.verdict == "unusable" else usual
+    poses, texts = take.need("poses"), poses_are(take)[1:]
+    level: Level = "bad" if code == "unusable" else "good" if code == "good" else "care"
     if take.verdict == "good":
-        texts = [*texts, _undoubted(poses)]
+        texts.append(_undoubted(poses))
         if poses.duration_s < _SHOWS_FAULTS_S:
             level = "care"
             texts.append("Less than half a second does not show faults that come and go.")
-    return [(name, level, texts)]
+    return [(POSES_ARE[code], level, texts)]
 
 
 def _whole(poses: PoseSequence) -> np.ndarray:

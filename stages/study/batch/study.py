@@ -22,7 +22,7 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
-from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
+from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN, POSES_ARE, judgement
 from ....pipeline.signals.checks import bone_spread
 from ...drawing.facts import mean
 from ...drawing.page import Cell, Link, Number, answer, box, heading, joined, page, small, table
@@ -36,11 +36,17 @@ _SAID = ("code", "weight", "about", "text")
 # Of study.parquet, whose other columns are numbers, each measure's among them.
 _COLUMNS = (
     "name", "subject", "visit", "condition", "person", "state", "exit_code", "code", "reason", "report", "notices",
-    "verdict", "frames", "fps", "duration_s", "unit", "method", "angle_errors", "device",
+    "verdict", "judgement", "frames", "fps", "duration_s", "unit", "method", "angle_errors", "device",
     "level_ok", "level_reason", *_QUALITY,
 )  # fmt: skip
 _NUMBERS = ("fps", "duration_s", *_QUALITY)
 _MOST = 20  # names of runs in a sentence
+# What is said of runs whose poses are not good, by `judgement`: "" without the stage `export`, as there are no figures.
+_DOUBTFUL = {
+    "with suspicious poses": ("suspicious",),
+    "with unusable poses": ("unusable",),
+    "whose poses cannot be judged": ("error-unknown", "too-few-frames", ""),
+}
 _LEVELLED = {True: "yes", False: "no", None: None}
 
 Row = Mapping[str, Any]  # of a take, or of a person of it; a failed one has its `reason`
@@ -75,6 +81,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
     row |= {
         "notices": [{part: printable(getattr(each, part)) for part in _SAID} for each in take.said],
         "verdict": take.verdict or "",
+        "judgement": judgement(take) or "",
         "frames": len(poses),
         "fps": poses.fps,
         "duration_s": poses.duration_s,
@@ -122,12 +129,9 @@ def doubts(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
     rows: as of `study_rows`, one for each person of a take."""
     runs = {
-        f"with {weight} poses": [row for row in rows if row.get("verdict") == weight]
-        for weight in ("suspicious", "unusable")
+        what: [row for row in rows if row.get("judgement", "") in codes] for what, codes in _DOUBTFUL.items()
     }
     runs["not levelled"] = [row for row in rows if row.get("level_ok") is False]
-    # Without the stage `export` a run's summary has no figures.
-    runs["that cannot be judged"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in runs.items() if doubtful}
 
 
@@ -217,7 +221,7 @@ def _takes(rows: Sequence[Row]) -> Markup:
     columns: dict[str, list[Cell]] = {
         "frames": [row.get("frames") for row in rows],
         "duration (s)": _written(rows, "duration_s", "{:.1f}".format),
-        "poses are": [row.get("verdict") or None for row in rows],
+        "poses": [POSES_ARE.get(row.get("judgement", "")) for row in rows],
         "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
         "errors of angles": [ERRORS_OF_ANGLES.get(row.get("angle_errors", "")) for row in rows],
         "up known to within (°, 90 %)": _written(rows, "up_bound_deg", bound_in_words),

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import Pipeline, Take
+from pcnet3d.pipeline import Pipeline, Take, read_run
 from pcnet3d.pipeline.core.notices import verdict
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.running.conclusion import conclude
+from pcnet3d.pipeline.running.sentences import POSES_ARE, judgement
 from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.provenance import provenance
 from pcnet3d.stages.export.stage import Export, summary
@@ -36,13 +38,14 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
     for name, take in takes.items():
         word = verdict(take.findings)
         assert (word == "good") == (name == "good")
+        assert judgement(take) == word
         conclude({"": take}, tmp_path)
         assert f"\nThe poses are {word}" in capsys.readouterr().out
         assert provenance(take)["verdict"] == f"The poses are {word}"
         page = report(take)
         assert f"The poses are {word}</dt>" in page
         said = summary(take)
-        assert said["verdict"] == word
+        assert said["verdict"] == said["judgement"] == word
         texts = [finding["text"] for finding in said["notices"] if finding["about"] == "poses"]
         assert bool(texts) == (name == "bad")
         assert all(text.split(":")[0][:20] in page for text in texts)
@@ -50,15 +53,35 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         run.mkdir(parents=True)
         Export(run)(take.with_(kinematics={}))
         (row,) = figures(run)
-        assert row["verdict"] == word
+        assert row["verdict"] == row["judgement"] == word
         labels = dict.fromkeys(("subject", "visit", "condition"), "")
         shown = as_page("study", [{"name": name, "state": "done", **labels, **row}])
-        assert f"<td>{word}</td>" in shown
+        assert f"<td>{POSES_ARE[word]}</td>" in shown
 
 
 def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys, tmp_path):
     take = takes["good"].with_(findings=None)
     conclude({"": take}, tmp_path)
     assert "poses are" not in capsys.readouterr().out
-    assert summary(take)["verdict"] is None
+    assert summary(take)["verdict"] is summary(take)["judgement"] is None
     assert "poses are" not in report(take)
+
+
+@pytest.mark.parametrize("kind", ["measured", "estimated", "unknown"])
+def test_poses_are_good_only_if_something_tells_how_far_they_are_off(takes, kind, tmp_path):
+    """Poses of which nobody said who made them were "good" in the report, those of an estimator of unknown error in the
+    study's page."""
+    of = takes["good"]
+    take = of.with_(poses=of.poses.with_(made_by=MadeBy(kind)), angle_errors="none", kinematics={})
+    expected = "good" if kind == "measured" else "error-unknown"
+    assert (take.verdict, judgement(take)) == ("good", expected)
+    Export(tmp_path)(take)
+    assert judgement(read_run(tmp_path)) == expected
+    assert figures(tmp_path)[0]["judgement"] == expected
+
+
+def test_of_poses_that_lack_joints_in_most_frames_only_what_was_seen_is_good(takes):
+    poses = takes["good"].poses
+    joints = poses.joints.copy()
+    joints[: len(joints) * 2 // 3, poses.layout.index("l_wrist")] = np.nan
+    assert judgement(takes["good"].with_(poses=poses.with_(joints=joints))) == "joints-missing"

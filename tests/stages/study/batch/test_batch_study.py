@@ -23,12 +23,12 @@ SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
 def figureless(name="t", **more):
     """A row of a take whose run has no figures."""
     labels = {"name": name, "subject": "", "visit": "", "condition": "", "state": "done"}
-    return {**labels, "level_ok": None, "verdict": "", "frames": None, "measures": {}, **more}
+    return {**labels, "level_ok": None, "judgement": "", "frames": None, "measures": {}, **more}
 
 
 def test_people_of_one_take_are_counted_as_one_take():
     entry = Entry("t", RunOptions(), {"subject": "", "visit": "", "condition": ""})
-    people = [{"person": p, "level_ok": p != "1", "verdict": "suspicious", "measures": {}} for p in "012"]
+    people = [{"person": p, "level_ok": p != "1", "judgement": "suspicious", "measures": {}} for p in "012"]
     page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]))
     assert "1 take done, 0 failed." in page
     assert "Of 3 runs: 3 with suspicious poses, 1 not levelled." in page
@@ -41,12 +41,12 @@ def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
     rows = [figureless(name) for name in ("a", "b")]
     page = as_page("Study", rows)
     assert "2 takes done, 0 failed." in page
-    assert "Of 2 runs: 2 that cannot be judged." in page
-    assert "2 runs that cannot be judged: a; b<" in page
+    assert "Of 2 runs: 2 whose poses cannot be judged." in page
+    assert "2 runs whose poses cannot be judged: a; b<" in page
     assert ">levelled<" not in page  # a column without a cell
-    rows[1] |= {"level_ok": True, "frames": 45}
+    rows[1] |= {"level_ok": True, "frames": 45, "judgement": "good"}
     page = as_page("Study", rows)
-    assert "1 run that cannot be judged: a<" in page
+    assert "1 run whose poses cannot be judged: a<" in page
     assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
 
 
