@@ -39,7 +39,7 @@ FAULTS = [
     Fault("pipeline/signals/filters.py", "jumps = holes(time_s, BRIDGED_S)", "jumps = holes(time_s, np.inf)",
           "pipeline/signals/test_filters.py"),
     Fault("pipeline/reading/tracker.py", "REACH = 0.5", "REACH = 5.0", "pipeline/reading/test_tracker.py"),
-    Fault("pipeline/signals/visibility.py", "((points <= _BORDER_PX) | (points >= high))", "(points >= high)",
+    Fault("pipeline/signals/visibility.py", "((points <= border_px) | (points >= high))", "(points >= high)",
           "pipeline/signals/test_visibility.py"),
     Fault("stages/clean.py", 'f"{joint[:2]}ankle" if joint in FEET', 'joint if joint in FEET',
           "pipeline/core/test_feet.py"),

@@ -5,8 +5,7 @@ are shorter in each other's place have exchanged names, equal rows and limbs wer
 farther at every so many-th row has lost rows, and points without any noise were smoothed. Points are 2D or 3D, in any
 layout.
 
-Rates of false alarms are of 300 sound takes of the test bed's validation people and of real files (tests/accidents),
-and for lines of 1,127 clips of motion capture.
+models/limits.toml says what each limit was chosen by.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ import numpy as np
 
 from ..core.anthropometry import trunk_length
 from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
+from ..core.limits import limit
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
@@ -25,53 +25,11 @@ from ..core.rotations import is_finite, norm, rotate
 from .checks import empty_rows
 from .filters import stretches
 
-_ENOUGH = 30  # rows
+_ENOUGH = limit("rows.tell")
 _SIDES = ("r", "l")
 _ENDS = tuple(f"{side}_{part}" for side in _SIDES for part in ("ankle", "wrist"))
-# A point on a line is off it by two steps of the file's numbers at most, and the path bends at the line's ends by this
-# many at least: a slow, smooth path is nearly straight for long.
-_ON_LINE, _BENDS = 2.0, 6.0
-_FEWEST = 3  # points of a line
 _OF_FEET = ("ankle", "heel", "toe")
-_PLANTED = 0.01  # of a trunk: how high above its lowest place a foot stands on the floor
-_BY_CHANCE = 1e-4  # lines in a take
-# Share of points on lines of one point from which nothing is said: somebody stands still.
-_MOST_BY_CHANCE = 0.5
-_WHOLE = 0.8  # of the joints, on lines in one row
-_OFTEN = 0.2  # of the rows; somebody who swings evenly is midway in fewer
-_TOGETHER = 10  # rows in which two joints stay at one point
-# By how much less bones vary in length where two joints are in each other's place. Two of one name: of 300 sound takes
-# of the test bed none has shorter bones then that vary less at all; with two exchanged 74 to 99 % have (hips 39 %), of
-# lifts all. Any two, whose bones have to be so many times shorter too: of 323 sound takes of people who stand none is
-# shorter by more than 1.01 where they vary 1.1 times less.
-_STEADIER, _ANY_STEADIER, _ANY_SHORTER = 1.1, 1.2, 1.2
-_UPRIGHT = (
-    0.95  # cosine of the trunk in the image, from which on the latter is said: who crawls has forearms end-on
-)
-_SAME = 0.01  # of a trunk: between a limb and the other side's, in nine rows of ten; lifts have 0.09 and more
-_MOVES = 0.05  # of a trunk, that both move at least
-# Of the rows, that another row repeats to the digit, farther away than so many; no recording has any.
-_AGAIN, _BESIDE = 0.3, 5
-# Autocorrelation of hands and feet about the hips from row to row, and by how many trunks they move at least: sound
-# keypoints have 0.76 and more, sound lifts 0.86; of rows in another order 0.32 and less.
-_NOISE, _NOISE_MOVES = 0.5, {2: 0.1, 3: 1e-3}
-# Third differences of hands and feet in trunks, median: 585 sound keypoints have 0.05 and more; nine in ten of those
-# that were averaged over 0.4 s or more, or exponentially, have less than 0.025. A filter at 6 Hz leaves as little, but
-# cuts: its fourth differences are 1.2 times its third ones (1.4 in one of a hundred), those of averages 1.45 times and
-# more in nineteen of twenty.
-_TREMBLES, _TREMBLES_UNCUT, _UNCUT = 0.006, 0.025, 1.45
-# At a regular row movements are longer than the mean of those beside them by this logarithm, and in so large a share
-# longer than three in four others. Of 323 sound takes of 36 to 240 rows the share is 0.88 at most; where every second
-# to fifth row is lost 0.92 and more.
-_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.9, 8
-_PERIODS = range(2, 7)  # 60 frames a second made into 50, 48, 40 and 30
-_HELD = 12.0  # times as long as those between: rows that repeat, as of a slowed video
-# Keypoints that move at one row of a take so many times as fast, in the median, as in so many rows around it have lost
-# rows there: parts of three seconds of 1 in 52 sound takes do, whole ones do not; where ten rows are lost, 6 in 10 do.
-# Lifts leap without that. What stands still is taken to move by a tenth of what is usual.
-_ONCE, _AROUND, _STILL = 3.0, 13, 0.1
-_SCORE = 0.3  # of a keypoint that was seen
-_HELD_ROWS = (0.02, 0.5)  # of the rows, that repeat the one before, from which it is suspicious, and unusable
+_ON_LINE, _BENDS = limit("joints-filled.on-line"), limit("joints-filled.bends")
 
 
 def altered(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
@@ -105,14 +63,16 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     """
     joints = points.joints.astype(np.float64)
     unseen = np.zeros(joints.shape[:2], dtype=bool)
-    if len(points) < 2 * _FEWEST:
+    least = limit("joints-filled.points")
+    if len(points) < 2 * least:
         return unseen, []
     bend, moved = _bends_and_moves(joints)
     on_line = bend <= _ON_LINE
     lines = [(joint, *line) for joint, of in enumerate(on_line.T) for line in stretches(of).tolist()]
     chance = (len(lines) + 1) / (int((bend > _ON_LINE).sum()) + 1)
-    by_chance = np.log(_BY_CHANCE / unseen.size) / np.log(chance) if chance < _MOST_BY_CHANCE else np.inf
-    fewest = max(_FEWEST, by_chance)
+    few = chance < limit("joints-filled.stands-still")
+    by_chance = np.log(limit("joints-filled.by-chance") / unseen.size) / np.log(chance) if few else np.inf
+    fewest, usual_bend = max(least, by_chance), limit("joints-filled.usual-bend")
     planted = _planted(points)
     for joint, first, stop in lines:
         if stop - first < fewest or not (bend[[first - 1, stop], joint] > _BENDS).all():
@@ -121,7 +81,7 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
             continue
         way = moved[first : stop + 1, joint]
         # A joint that keeps still in whole pixels is on lines too.
-        if way.mean() > _ON_LINE or np.nanmedian(bend[:, joint]) > 10 * _ON_LINE:
+        if way.mean() > _ON_LINE or np.nanmedian(bend[:, joint]) > usual_bend:
             unseen[first : stop + (way.max() == 0), joint] = True
     if not unseen.any():
         return unseen, []
@@ -138,7 +98,7 @@ def _planted(points: PoseSequence) -> np.ndarray:
         return planted
     height = rotate(points.frame.basis.T, points.joints[:, feet].astype(np.float64))[..., 2]
     trunk = trunk_length(points.joints, points.layout)
-    planted[:, feet] = height - np.fmin.reduce(height) < _PLANTED * trunk
+    planted[:, feet] = height - np.fmin.reduce(height) < limit("joints-filled.planted") * trunk
     return planted
 
 
@@ -171,10 +131,10 @@ def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     unseen, notices = np.zeros(points.joints.shape[:2], dtype=bool), []
     names = [name for name in ("nose", *LIMBS) if name in points.layout and name not in points.derived]
     joints = points.joints[:, points.layout.indices(names)].astype(np.float64)
-    step, there = _step_of_numbers(joints), ~empty_rows(points)
+    step, there, fewest = _step_of_numbers(joints), ~empty_rows(points), limit("joints-coincide.rows")
     for (i, first), (k, second) in combinations(enumerate(names), 2):
         together = (np.abs(joints[:, i] - joints[:, k]) < step).all(axis=-1) & there
-        spans = [span for span in stretches(together).tolist() if span[1] - span[0] >= _TOGETHER]
+        spans = [span for span in stretches(together).tolist() if span[1] - span[0] >= fewest]
         if not spans:
             continue
         rows = np.concatenate([np.arange(*span) for span in spans])
@@ -235,7 +195,10 @@ def _longer(names: list[str], pair: tuple[int, int], length: np.ndarray, varies:
         float(part[named].sum()) / max(float(part[exchanged].sum()), 1e-12) for part in (length, varies)
     )
     sides = names[pair[0]][2:] == names[pair[1]][2:]
-    told = steadier > _STEADIER if sides else steadier > _ANY_STEADIER and shorter > _ANY_SHORTER
+    of_any = steadier > limit("joints-exchanged.any-steadier") and shorter > limit(
+        "joints-exchanged.any-shorter"
+    )
+    told = steadier > limit("joints-exchanged.steadier") if sides else of_any
     return float(more.sum()) if told and all(more[kinds == kind].sum() > 0 for kind in kinds) else 0.0
 
 
@@ -247,7 +210,7 @@ def _upright(points: PoseSequence) -> bool:
     trunk = at[:, :2].mean(axis=1) - at[:, 2:].mean(axis=1)
     cosine = trunk[:, 1] / np.linalg.norm(trunk, axis=-1)
     known = np.isfinite(cosine)
-    return bool(known.any() and np.median(cosine[known]) > _UPRIGHT)
+    return bool(known.any() and np.median(cosine[known]) > limit("joints-exchanged.upright"))
 
 
 def _copied(points: PoseSequence) -> list[Notice]:
@@ -264,8 +227,9 @@ def _copied(points: PoseSequence) -> list[Notice]:
         known = np.isfinite(apart).any(axis=0)
         if (
             known.any()
-            and np.nanpercentile(apart, 90) < _SAME * trunk
-            and np.linalg.norm(np.nanstd(right[:, known], axis=0), axis=-1).max() > _MOVES * trunk
+            and np.nanpercentile(apart, limit("limbs-copied.rows")) < limit("limbs-copied.same") * trunk
+            and np.linalg.norm(np.nanstd(right[:, known], axis=0), axis=-1).max()
+            > limit("limbs-copied.moves") * trunk
         ):
             notices.append(notice("limbs-copied", limb="leg" if limb == LEG else "arm"))
     return notices
@@ -286,13 +250,14 @@ def _equal_rows(points: PoseSequence) -> list[Notice]:
     which = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
     order = np.argsort(which, kind="stable")  # rows that are equal lie beside each other, in their order
     equal, apart = np.diff(which[order]) == 0, np.diff(usable[order])
-    held, again = usable[order][1:][equal & (apart == 1)], int((equal & (apart > _BESIDE)).sum())
+    far = apart > limit("repeats-itself.apart")
+    held, again = usable[order][1:][equal & (apart == 1)], int((equal & far).sum())
     notices = []
     if len(held):
-        weight = weighed(len(held) / len(points), _HELD_ROWS)
+        weight = weighed(len(held) / len(points), limit("duplicates.weight"))
         values: dict[str, Any] = {"repeated": len(held), "first": int(held.min())}
         notices.append(notice("duplicates", weight=weight, **values))
-    if len(usable) >= _ENOUGH and again >= _AGAIN * len(usable):
+    if len(usable) >= _ENOUGH and again >= limit("repeats-itself.rows") * len(usable):
         notices.append(notice("repeats-itself", count=again, rows_read=len(usable)))
     return notices
 
@@ -304,7 +269,7 @@ def _rows_lost(points: PoseSequence) -> list[Notice]:
         return []
     rows = points.joints.astype(np.float64)
     if points.frame.dims == 2 and points.confidence is not None:
-        rows = np.where((points.confidence < _SCORE)[..., None], np.nan, rows)
+        rows = np.where((points.confidence < limit("rows-lost.score"))[..., None], np.nan, rows)
     moved = np.diff(rows, axis=0)
     length = np.linalg.norm(np.nan_to_num(moved).reshape(len(moved), -1), axis=1)
     every = _period(length)
@@ -326,17 +291,15 @@ def _leaps(speed: np.ndarray) -> np.ndarray:
     (T, J), NaN where unknown."""
     from scipy.ndimage import median_filter, minimum_filter
 
-    known = np.isfinite(speed)
-    least = _STILL * np.median(speed[known]) if known.any() else 0.0
+    known, around = np.isfinite(speed), limit("rows-lost.around")
+    least = limit("rows-lost.still") * np.median(speed[known]) if known.any() else 0.0
     every = np.where(known, speed, np.inf)
     beside = minimum_filter(every, footprint=[[1], [0], [1]])
-    usual = np.maximum(median_filter(every, (_AROUND, 1)), beside) + least
+    usual = np.maximum(median_filter(every, (around, 1)), beside) + least
     faster = np.where(known, speed + least, 0.0) / np.maximum(usual, 1e-12)
-    leaps = np.flatnonzero(np.median(faster, axis=1) > _ONCE)
-    inside = (leaps >= _AROUND // 2) & (
-        leaps < len(speed) - _AROUND // 2
-    )  # at an end half of the rows around are not
-    return leaps[inside]
+    leaps = np.flatnonzero(np.median(faster, axis=1) > limit("rows-lost.once"))
+    # At an end half of the rows around are not there.
+    return leaps[(leaps >= around // 2) & (leaps < len(speed) - around // 2)]
 
 
 def _rows_added(points: PoseSequence) -> list[Notice]:
@@ -346,10 +309,11 @@ def _rows_added(points: PoseSequence) -> list[Notice]:
     if not limbs:
         return []
     bend = _bends_and_moves(points.joints.astype(np.float64))[0][:, limbs]
-    between = (bend <= _ON_LINE).mean(axis=1) >= _WHOLE
-    bent = (bend > _BENDS).mean(axis=1) >= _WHOLE / 2
+    between = (bend <= _ON_LINE).mean(axis=1) >= limit("rows-added.joints")
+    bent = (bend > _BENDS).mean(axis=1) >= limit("rows-added.bent")
     added = int((between[1:-1] & bent[:-2] & bent[2:]).sum())
-    return [notice("rows-added", count=added, of=len(points))] if added >= _OFTEN * len(points) else []
+    often = added >= limit("rows-added.often") * len(points)
+    return [notice("rows-added", count=added, of=len(points))] if often else []
 
 
 def _period(length: np.ndarray) -> int:
@@ -357,22 +321,25 @@ def _period(length: np.ndarray) -> int:
     long = np.log(np.maximum(length, 1e-9))
     long = long[1:-1] - (long[:-2] + long[2:]) / 2
     longer_at: dict[int, float] = {}
-    for every in _PERIODS:
+    shortest, longest = limit("rows-lost.periods")
+    for every in range(shortest, longest + 1):
         for first in range(every):
             these, others = long[first::every], np.delete(long, np.s_[first::every])
-            if len(these) < _FEWEST_OWN:
+            if len(these) < limit("rows-lost.rows"):
                 continue
             longer = float(np.median(these) - np.median(others))
-            if (these > np.percentile(others, 75)).mean() >= _ABOVE and longer > _LONGER:
+            above = (these > np.percentile(others, limit("rows-lost.others"))).mean()
+            if above >= limit("rows-lost.share") and longer > limit("rows-lost.longer"):
                 longer_at[every] = max(longer, longer_at.get(every, 0.0))
-    return min((every for every in longer_at if longer_at[every] > 0.95 * max(longer_at.values())), default=0)
+    good = limit("rows-lost.best-period") * max(longer_at.values(), default=0)
+    return min((every for every, longer in longer_at.items() if longer > good), default=0)
 
 
 def _held(length: np.ndarray, every: int) -> bool:
     """Whether hardly anything moves between these rows: they repeat, as of a slowed video, and none is lost."""
     first = max(range(every), key=lambda first: float(np.median(length[first::every])))
     between = np.delete(length, np.s_[first::every])
-    return bool(np.median(between) * _HELD < np.median(length[first::every]))
+    return bool(np.median(between) * limit("rows-lost.held") < np.median(length[first::every]))
 
 
 def _only_noise(points: PoseSequence) -> list[Notice]:
@@ -382,10 +349,11 @@ def _only_noise(points: PoseSequence) -> list[Notice]:
         return []
     moved = paths - paths.mean(axis=0)
     square = float((moved**2).mean())
-    if square < _NOISE_MOVES[points.frame.dims] ** 2:
+    moves = limit("only-noise.moves-in-image" if points.frame.dims == 2 else "only-noise.moves-in-space")
+    if square < moves**2:
         return []
     alike = 1 - (np.diff(paths, axis=0) ** 2).mean() / 2 / square
-    return [notice("only-noise")] if alike < _NOISE else []
+    return [notice("only-noise")] if alike < limit("only-noise.alike") else []
 
 
 def _smoothed(points: PoseSequence) -> list[Notice]:
@@ -397,7 +365,8 @@ def _smoothed(points: PoseSequence) -> list[Notice]:
         float(np.median(norm(np.diff(paths, order, axis=0).reshape(len(paths) - order, -1, 2))))
         for order in (3, 4)
     )
-    if not 0 < usual < (_TREMBLES_UNCUT if fourth > _UNCUT * usual else _TREMBLES):
+    uncut = fourth > limit("keypoints-smooth.uncut") * usual
+    if not 0 < usual < limit("keypoints-smooth.trembles-uncut" if uncut else "keypoints-smooth.trembles"):
         return []
     return [notice("keypoints-smooth", trembles_percent=100 * usual)]
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.layouts import H36M17
+from ..core.limits import limit
 
 REASONS = {
     0: "fine",
@@ -31,15 +32,8 @@ REASONS = {
 }
 FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN, EXCHANGED = REASONS
 
-# A limb's own plane counts as much as the reference when it is bent by this.
-_STRAIGHT = np.sin(np.radians(20.0))
-_NO_AXIS = 0.05  # of a limb's axis, before it is made a unit vector; 0.34 for a straight leg in standing
-# A segment within this of the axis that an angle turns about has no such angle.
-_ALONG = np.sin(np.radians(15.0))
-_AROUND = 270.0  # degrees from frame to frame, from which an angle has stepped around: it moves by 90 at most
-# How far the elbow's reference axis follows the arm from the sagittal plane out to the side; the axis is undefined at
-# one direction of the upper arm: for 2 that is 39 degrees behind and 33 above the horizontal, which no arm reaches.
-_ARM_TURN = 2.0
+_STRAIGHT = np.sin(np.radians(limit("angles.bent")))
+_ALONG = np.sin(np.radians(limit("angles.along")))
 
 
 @dataclass(frozen=True)
@@ -236,7 +230,7 @@ def unwrapped(angle_deg: np.ndarray) -> np.ndarray:
     frames in which an arm raised sideways has no flexion, may go either way, and stays as it is."""
     finite = np.isfinite(angle_deg)
     result = angle_deg.copy()
-    result[finite] = np.unwrap(angle_deg[finite], discont=_AROUND, period=360.0)
+    result[finite] = np.unwrap(angle_deg[finite], discont=limit("angles.around"), period=360.0)
     return result
 
 
@@ -258,7 +252,8 @@ def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> n
     It is the normal of the limb's plane, as long as the sine of its bend, plus the reference made square to `upper`,
     times _STRAIGHT: so the reference decides for a straight limb, the limb itself for a bent one.
     """
-    return _unit(_cross(upper, lower) + _STRAIGHT * (reference - _dot(reference, upper) * upper), _NO_AXIS)
+    square = reference - _dot(reference, upper) * upper
+    return _unit(_cross(upper, lower) + _STRAIGHT * square, limit("angles.no-axis"))
 
 
 def tells_axis(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
@@ -279,7 +274,7 @@ def arm_reference(
     lateral = np.maximum(out * _dot(arm, shoulders), 0.0)
     # Seen from the front, the arm's axis points to the right; out at the side, where that is the arm itself, to where
     # the forearm of a raised arm turns about (for the left arm the mirror image: the opposite of up-back).
-    return shoulders + out * _ARM_TURN * lateral * (up - forward) / np.sqrt(2)
+    return shoulders + out * limit("angles.arm-turn") * lateral * (up - forward) / np.sqrt(2)
 
 
 def trunk_axes(across: np.ndarray, trunk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ from ..core.anthropometry import implied_stature
 from ..core.blocks import blocks
 from ..core.errors import InputError
 from ..core.layouts import H36M17, Layout
+from ..core.limits import limit
 from ..core.messages import how_many
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
@@ -20,29 +21,8 @@ from ..core.rotations import angle_deg, is_finite, norm, unit
 
 _OF_TRUNK = ("pelvis", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder")
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
-_MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
-_SHORT_AXIS = 0.2  # trunk lengths; in an image, hips or shoulders closer together are seen end-on
-_MIN_VOTES = 20  # frames that must vote before evidence counts as strong
-_STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
-_TURNED_OVER = 0.8  # of the frames
-_OFF_UP_DEG = 60.0  # of the trunk, from which nobody is upright; a picture on its side makes 90
-# Statures, that the pelvis goes in a picture of somebody who walks; somebody who lies goes 0.15.
-_TRAVELS = 0.5
-_MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
-_STRAY_S = 0.2  # of frames that the whole pose leaps to and from
-_FEW = 0.1  # of the frames
-_LEAP = 0.4  # trunk lengths that the joints move on average from one frame to the next, which is near
-# Of frames nearer in time a jump is told by its size alone. Between others a body may move by more, in proportion to
-# the time, and leave a straight line by the square of it: of CMU's mocap at 5 frames a second 157 joints and 389 whole
-# poses would jump, with that in mind none and 4.
-NEAR_S = 1 / 15
-_FASTEST = 30.0  # trunk lengths a second that the pelvis goes, 15 m/s: the fastest sprinter went at 12.4
-_SHORTEST_S = 1 / 60  # between rows: the noise of faster cameras is as large from row to row
-# Trunk lengths: the joints of lifts wander by 0.1 to 0.55 in a video of one photo; somebody who boxes on the spot makes
-# 0.95, who walks or waves 1.6 and more.
-_WANDER = 0.7
-UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
+NEAR_S = limit("leaps.near")
 
 
 @dataclass(frozen=True)
@@ -65,16 +45,16 @@ class Chirality:
     def verdict(self) -> str:
         """ "good", "doubtful" (one cue, few frames or none), "legs against arms", or "wrong" (both cues, or
         the knees alone where no nose is known)."""
-        no_nose = self.nose_votes == 0
-        against = (no_nose or self.nose <= _STRONG, self.knees <= _STRONG)
-        enough = (no_nose or self.nose_votes >= _MIN_VOTES) and self.knee_votes >= _MIN_VOTES
-        if self.arms_legs <= _STRONG and self.arms_legs_votes >= _MIN_VOTES:
+        no_nose, strong, votes = self.nose_votes == 0, limit("sides.against"), limit("sides.votes")
+        against = (no_nose or self.nose <= strong, self.knees <= strong)
+        enough = (no_nose or self.nose_votes >= votes) and self.knee_votes >= votes
+        if self.arms_legs <= strong and self.arms_legs_votes >= votes:
             return "legs against arms"
         if all(against) and enough:
             return "wrong"
         shares = np.array([self.nose, self.knees, self.arms_legs])
         unseen = no_nose and self.knee_votes == 0
-        return "doubtful" if unseen or (shares <= _STRONG).any() else "good"
+        return "doubtful" if unseen or (shares <= strong).any() else "good"
 
     def __str__(self) -> str:
         votes_of = {
@@ -108,7 +88,7 @@ def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
     """(..., 4) cosines that are positive when left and right are as named: nose, left knee and right knee against
     forward, left of the hips against left of the shoulders. NaN where they do not tell; 2D has the last one only.
 
-    joints: (..., J, D), any axes, H36M17 when 3D. A knee counts from a bend of 3 % of its leg on.
+    joints: (..., J, D), any axes, H36M17 when 3D. A knee that is nearly straight does not count.
     """
 
     def joint(name: str) -> np.ndarray:
@@ -119,7 +99,7 @@ def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
     cues[..., 3] = (unit(hips) * unit(shoulders)).sum(-1)
     if joints.shape[-1] == 2:
         trunk = joint("l_shoulder") + joint("r_shoulder") - joint("l_hip") - joint("r_hip")
-        short = _SHORT_AXIS * np.linalg.norm(trunk, axis=-1) / 2
+        short = limit("sides.end-on") * np.linalg.norm(trunk, axis=-1) / 2
         end_on = np.minimum(np.linalg.norm(hips, axis=-1), np.linalg.norm(shoulders, axis=-1)) < short
         cues[end_on] = np.nan
         return cues
@@ -129,7 +109,7 @@ def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
     for i, (hip, knee, ankle) in enumerate(tuple(map(joint, leg)) for leg in _LEGS):
         bend = knee - (hip + ankle) / 2
         length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
-        bent = np.linalg.norm(bend, axis=-1) > _MIN_KNEE_BEND * length
+        bent = np.linalg.norm(bend, axis=-1) > limit("sides.knee-bend") * length
         cues[..., 1 + i] = np.where(bent, (unit(bend) * forward).sum(-1), np.nan)
     return cues
 
@@ -205,7 +185,7 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
     at = {name: poses.joint(name)[rows] for name in ("pelvis", "thorax", "head", "l_ankle", "r_ankle")}
     below = (at["l_ankle"] + at["r_ankle"]) / 2 - at["head"]
     share = float((below @ up > np.linalg.norm(at["thorax"] - at["pelvis"], axis=-1)).mean())
-    if share < _TURNED_OVER:
+    if share < limit("upside-down.share"):
         return []
     what = (
         "turn the image before the run"  # whose axes they have
@@ -237,13 +217,14 @@ def on_its_side(poses: PoseSequence) -> list[Notice]:
 
 def _off_up(poses: PoseSequence, code: str) -> Notice | None:
     """A notice of that code where the trunk is far off up, in LEVEL's or a world's axes, nearly all the time."""
+    least_deg = limit("nobody-upright.off")
     off_deg = angle_deg(poses.joint("thorax") - poses.joint("pelvis"), poses.frame.basis @ _UP["world"])
     off_deg = off_deg[np.isfinite(off_deg)]
-    share = float((off_deg > _OFF_UP_DEG).mean()) if len(off_deg) else 0.0
-    if share < _TURNED_OVER:
+    share = float((off_deg > least_deg).mean()) if len(off_deg) else 0.0
+    if share < limit("upside-down.share"):
         return None
     weight: Weight = "warning" if _stays(poses) else "suspicious"
-    return notice(code, weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
+    return notice(code, weight=weight, off_deg=least_deg, share_percent=100 * share)
 
 
 def _stays(level: PoseSequence) -> bool:
@@ -253,8 +234,8 @@ def _stays(level: PoseSequence) -> bool:
     root = level.root[np.isfinite(level.root).all(axis=1)]
     if not len(root):
         return False
-    low, high = np.percentile(root, [5, 95], axis=0)
-    return bool((high - low).max() < _TRAVELS * implied_stature(level.joints))
+    low, high = np.percentile(root, limit("nobody-upright.path"), axis=0)
+    return bool((high - low).max() < limit("nobody-upright.travels") * implied_stature(level.joints))
 
 
 def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
@@ -262,7 +243,7 @@ def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
     that many cannot be one recording, before they take any memory."""
     first, last = (int(number) for number in sequence.frame_index[[0, -1]])
     rows = (last - first) // step + 1
-    if rows > max(_MOST_ROWS, 2 * len(sequence)):
+    if rows > max(limit("frame-numbers.rows"), 2 * len(sequence)):
         raise InputError(
             "times-broken",
             f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
@@ -284,7 +265,7 @@ def moves(poses: PoseSequence) -> bool:
     """Whether some joint goes further than those of lifts wander where nobody moves."""
     joints = poses.without_feet.joints[whole_rows(poses)].astype(np.float64)
     goes = np.linalg.norm(np.ptp(joints, axis=0), axis=-1) if len(joints) else np.zeros(1)
-    return bool((goes > _WANDER * trunk_of(poses)).any())
+    return bool((goes > limit("depth-scaled.wanders") * trunk_of(poses)).any())
 
 
 def trunk_of(poses: PoseSequence) -> float:
@@ -299,13 +280,13 @@ def leaps(poses: PoseSequence) -> np.ndarray:
     """Rows (N,) at which the whole pose is somewhere else than one video frame before, as no person moves. Frames whose
     times are unknown count as near. In a world's axes its path counts too."""
     step_s = NEAR_S if poses.time_s is None else np.diff(poses.time_s)
-    most = _LEAP * np.maximum(step_s / NEAR_S, 1.0)
+    most = limit("leaps.moves") * np.maximum(step_s / NEAR_S, 1.0)
     leapt = movement(poses) > most
     # Before a camera depth alone may be as far off from one frame to the next.
     if poses.root is not None and poses.frame.family == "world":
         went = np.linalg.norm(np.diff(poses.root.astype(np.float64), axis=0), axis=-1)
         went[np.array(poses.seams, dtype=int) - 1] = 0  # from one clip to the next
-        leapt |= went > _FASTEST * trunk_of(poses) * np.maximum(step_s, _SHORTEST_S)
+        leapt |= went > limit("leaps.path") * trunk_of(poses) * np.maximum(step_s, limit("leaps.shortest"))
     return np.flatnonzero(leapt & (np.diff(poses.frame_index) == 1)) + 1
 
 
@@ -317,5 +298,5 @@ def strays_of(poses: PoseSequence) -> np.ndarray:
     edges = sorted({0, len(poses), *poses.seams, *leapt}) if leapt else []
     for start, stop in pairwise(edges):
         alone = start in leapt or stop in leapt
-        strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < _STRAY_S
-    return strays if strays.mean() <= _FEW else np.zeros(len(poses), dtype=bool)
+        strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < limit("strays.lasts")
+    return strays if strays.mean() <= limit("strays.share") else np.zeros(len(poses), dtype=bool)

@@ -16,14 +16,12 @@ from itertools import pairwise
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.limits import limit
 from ..core.pose import PoseSequence
 from .splines import monotone_slopes, on_spline, smooth_slopes
 
-CUTOFF_HZ = 6.0  # what Pose2Sim and Sports2D filter marker positions with, and gait laboratories before them
-
-BRIDGED_S = 0.2  # of images that are lacking, as long as the gaps of rows that `clean` fills
-_GAP = 2.5  # an interval this many times the usual one is a hole: more than one frame was lost
-_STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
+CUTOFF_HZ = limit("filter.cutoff")
+BRIDGED_S = limit("gaps.bridged")
 ORDER = 4  # of both passes of the Butterworth filter together
 _ALL = 512  # rows of a take that is short; further than half of it away no row changes a spline's value
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
@@ -39,7 +37,11 @@ def breaks(poses: PoseSequence) -> tuple[int, ...]:
 def rate(time_s: np.ndarray) -> float:
     """Rows a second of time_s (T,), gaps left out; NaN for a single row."""
     steps = np.diff(time_s)
-    return float(1 / steps[steps <= 1.5 * np.median(steps)].mean()) if len(steps) else float("nan")
+    return (
+        float(1 / steps[steps <= limit("gaps.usual") * np.median(steps)].mean())
+        if len(steps)
+        else float("nan")
+    )
 
 
 def nearest_row(time_s: np.ndarray, at_s: np.ndarray | float) -> np.ndarray:
@@ -54,7 +56,7 @@ def holes(time_s: np.ndarray, longer_s: float = 0.0) -> np.ndarray:
     if not len(steps):
         return np.zeros(0, dtype=int)
     usual = np.median(steps)
-    return np.flatnonzero((steps > _GAP * usual) & (steps > usual + longer_s + 1e-9)) + 1
+    return np.flatnonzero((steps > limit("gaps.hole") * usual) & (steps > usual + longer_s + 1e-9)) + 1
 
 
 def runs(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> list[slice]:
@@ -91,8 +93,9 @@ def _grid(time_s: np.ndarray, numbers: np.ndarray, fps: float) -> tuple[float, f
     None where they are further off than rounded ones."""
     interval, start = np.polyfit(numbers, time_s, 1)
     off = np.abs(time_s - (start + interval * numbers)).max()
-    near = abs(interval * fps - 1) < 0.02 and off <= max(_STAMP_S, 0.01 / fps)
-    return (float(start), float(interval)) if near else None
+    alike = abs(interval * fps - 1) < limit("even-times.rate")
+    near = off <= max(limit("even-times.stamp"), limit("even-times.off") / fps)
+    return (float(start), float(interval)) if alike and near else None
 
 
 def stretches(mask: np.ndarray) -> np.ndarray:

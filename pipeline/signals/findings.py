@@ -9,12 +9,12 @@ import numpy as np
 
 from ..core.anthropometry import LIMBS, STATURES_M, implied_stature
 from ..core.layouts import H36M17
+from ..core.limits import limit
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from .altered import alterations, plainly, weighed
 from .checks import (
-    UNSTEADY,
     bone_spread,
     chirality,
     empty_rows,
@@ -28,26 +28,7 @@ from .checks import (
 )
 from .swaps import Swap, find_swaps, notices_of, wrong_rows
 
-# Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
-_LOST = (0.1, 0.5)
-_SWAPPED = (0.02, 1.0)
-_POOR_SPREAD = 0.09  # boxing 0.05, cycling 0.10
-_ADULTS_M = (1.0, 2.2)
-_PLANE = 0.03  # thickness of a body over its trunk
-_STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
-# Spread of bones up to which nothing was lost along an axis in which nothing moves, as of somebody who walks exactly
-# along another; of a walk that has lost one it is 0.10 and more.
-_IN_A_PLANE = 0.05
-# How many times too small or too large depth is at least. In 201 sound lifts of 36 to 240 rows it is 1.44 and 1.11 at
-# most.
-_DEPTH = {"small": 1.5, "large": 1.15}
-_ENOUGH_ROWS = 10
-_ENOUGH = 30  # rows, for what is told by how values go together
-# Seconds over which joints were averaged: 0.33 and less in 276 sound lifts and other lifters' files, 0.39 in their
-# stillest parts, and more than 0.45 in three in four of those that were averaged over 0.5 and 1 s. Bones that turn by
-# fewer radians a second tell less.
-_WINDOW_S, _TURNS = 0.45, 0.7
-_FEWEST_ROWS = 2  # complete ones, for a verdict at all
+_ENOUGH = limit("rows.tell")
 
 
 def findings_of(
@@ -83,7 +64,7 @@ def row_findings(source: PoseSequence) -> list[Notice]:
             f"{gone} without some coordinates" * bool(gone),
             f"{empty} with all joints at one point" * bool(empty),
         )
-        how, weight = ", ".join(filter(None, ways)), weighed(lost / span, _LOST)
+        how, weight = ", ".join(filter(None, ways)), weighed(lost / span, limit("gaps.weight"))
         notices.append(notice("gaps", weight=weight, lost=lost, frames=span, how=how, **counts))
     if not source.frames_known:
         notices.append(notice("frames-not-numbered"))
@@ -96,7 +77,7 @@ def row_findings(source: PoseSequence) -> list[Notice]:
 
 def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]:
     """Limbs that are wrong for some rows. Those that are not certain are notes."""
-    weight = weighed(float(wrong_rows(source, swaps).mean()), _SWAPPED)
+    weight = weighed(float(wrong_rows(source, swaps).mean()), limit("swaps-found.weight"))
     return [
         replace(each, weight="note" if each.code == "swaps-doubtful" else weight)
         for each in notices_of(source, swaps, "poses")
@@ -105,7 +86,7 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]
 
 def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
     """What the body shows. poses: H36M17 relative to the pelvis, in CAMERA or a world's axes. unit: of their file."""
-    few = [notice("too-few-frames")] if len(_complete(poses)) < _FEWEST_ROWS else []
+    few = [notice("too-few-frames")] if len(_complete(poses)) < limit("too-few-frames.rows") else []
     return [
         *few,
         *_depth(poses),
@@ -126,20 +107,21 @@ def _complete(poses: PoseSequence) -> np.ndarray:
 
 def _depth(poses: PoseSequence) -> list[Notice]:
     joints = _complete(poses)
-    if len(joints) < _ENOUGH_ROWS:
+    if len(joints) < limit("depth-scaled.rows"):
         return []
     points, size = joints[np.isfinite(joints).all(axis=-1)], trunk_of(poses)
     thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / size
-    if thickness < _PLANE:
+    if thickness < limit("flat.thickness"):
         return [notice("flat", thickness_percent=float(100 * thickness))]
     movement = np.nanmean(joints.std(axis=0), axis=0) / size
-    still = np.flatnonzero(movement < _STILL)
-    if len(still) and movement.max() > _MOVING and bone_spread(poses) > _IN_A_PLANE:
+    still = np.flatnonzero(movement < limit("axis-invented.still"))
+    moving = len(still) and movement.max() > limit("axis-invented.moves")
+    if moving and bone_spread(poses) > limit("axis-invented.bones"):
         return [notice("axis-invented", axis="xyz"[still[0]])]
     least, most = depth_factors(poses) if moves(poses) else (np.nan, np.nan)
-    if least > _DEPTH["small"]:
+    if least > limit("depth-scaled.small"):
         return [notice("depth-scaled", way="shorter", times=least, size="small")]
-    if most < 1 / _DEPTH["large"]:
+    if most < 1 / limit("depth-scaled.large"):
         return [notice("depth-scaled", way="longer", times=1 / most, size="large")]
     return []
 
@@ -153,7 +135,7 @@ def depth_factors(poses: PoseSequence) -> tuple[float, float]:
     lies between the two (Frisch 1934). Only for CAMERA axes.
     """
     joints = _complete(poses)
-    if poses.frame.family != "camera" or len(joints) < _ENOUGH_ROWS:
+    if poses.frame.family != "camera" or len(joints) < limit("depth-scaled.rows"):
         return float("nan"), float("nan")
     bones = _vectors(joints)
     bones = bones / np.maximum(np.linalg.norm(bones, axis=-1).sum(axis=1), 1e-12)[:, None, None]
@@ -187,17 +169,20 @@ def _averaged(poses: PoseSequence) -> list[Notice]:
         comparable = np.isfinite(turns) & np.isfinite(longer_then)
         if comparable.sum() < _ENOUGH:
             continue
-        comparable[comparable] = turns[comparable] <= np.percentile(turns[comparable], 98)
+        calmest = np.percentile(turns[comparable], limit("poses-smooth.calmest"))
+        comparable[comparable] = turns[comparable] <= calmest
         covariance = np.cov(turns[comparable], longer_then[comparable])
         square = -24 * covariance[0, 1] / max(covariance[0, 0], 1e-12)
-        windows_s.append(np.sqrt(max(square, 0.0)) * min(covariance[0, 0] ** 0.25 / _TURNS, 1.0))
-    window_s = float(np.percentile(windows_s, 25)) if windows_s else 0.0
-    return [notice("poses-smooth", window_s=window_s)] if window_s > _WINDOW_S else []
+        windows_s.append(
+            np.sqrt(max(square, 0.0)) * min(covariance[0, 0] ** 0.25 / limit("poses-smooth.turns"), 1.0)
+        )
+    window_s = float(np.percentile(windows_s, limit("poses-smooth.bones"))) if windows_s else 0.0
+    return [notice("poses-smooth", window_s=window_s)] if window_s > limit("poses-smooth.window") else []
 
 
 def _bones(poses: PoseSequence) -> list[Notice]:
     spread = bone_spread(poses)
-    weight = weighed(spread, (_POOR_SPREAD, UNSTEADY))
+    weight = weighed(spread, limit("bones.weight"))
     if weight == "note":
         return []
     of = spread_of_bones(poses)
@@ -216,7 +201,8 @@ def _handedness(poses: PoseSequence) -> list[Notice]:
 
 def _stature(poses: PoseSequence, unit: str) -> list[Notice]:
     stature = implied_stature(poses.joints)
-    if not poses.frame.metric or np.isnan(stature) or _ADULTS_M[0] <= stature <= _ADULTS_M[1]:
+    least_m, most_m = limit("stature.adults")
+    if not poses.frame.metric or np.isnan(stature) or least_m <= stature <= most_m:
         return []
     weight: Weight = "suspicious" if STATURES_M[0] < stature < STATURES_M[1] else "unusable"
     return [notice("stature", weight=weight, stature_m=stature, unit=unit)]

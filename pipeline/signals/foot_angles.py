@@ -16,11 +16,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.layouts import Layout
+from ..core.limits import limit
 from ..core.rotations import is_finite, unit
 from .angles import ANGLES, Angle, of_both
 
-# A foot nearer to the vertical than this points nowhere in the horizontal plane.
-_FLAT = np.sin(np.radians(15.0))
 _FACING = ("r_hip", "l_hip", "r_shoulder", "l_shoulder")
 
 
@@ -74,7 +73,7 @@ def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
     """
     at = dict(zip(layout.joints, np.moveaxis(toes_completed(body, layout), -2, 0), strict=True))
     facing = np.isfinite(sum(at[joint] for joint in _FACING)).all(axis=-1)
-    of = {}
+    of, least = {}, np.sin(np.radians(limit("angles.foot-flat")))
     for side, out in (("r", 1.0), ("l", -1.0)):
         shank = unit(at[f"{side}_knee"] - at[f"{side}_ankle"])
         big = at[f"{side}_big_toe"]
@@ -83,7 +82,7 @@ def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
         # The sine of 90 degrees less the angle between the two is their cosine.
         between = np.einsum("...i,...i->...", shank, foot)
         of[f"{side}_ankle_dorsiflexion"] = np.degrees(np.arcsin(np.clip(between, -1.0, 1.0)))
-        flat = np.hypot(foot[..., 0], foot[..., 1]) > _FLAT
+        flat = np.hypot(foot[..., 0], foot[..., 1]) > least
         turned = np.degrees(np.arctan2(out * foot[..., 1], -foot[..., 0]))
         of[f"{side}_foot_progression"] = np.where(facing & flat, turned, np.nan)
     return of

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..core.limits import limit
+
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
 # joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
 FINE, MISSING, UNCERTAIN = range(3)
-_MOST = 0.5  # share of frames that may be too uncertain
 
 
 def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
@@ -17,4 +18,4 @@ def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
     reason = columns.get(f"{name}_reason")
     if reason is None or (reason == MISSING).all():
         return False
-    return bool((reason[reason != MISSING] == UNCERTAIN).mean() > _MOST)
+    return bool((reason[reason != MISSING] == UNCERTAIN).mean() > limit("errors.uncertain"))

@@ -8,6 +8,7 @@ from ..core.blocks import blocks
 from ..core.camera import Camera
 from ..core.intrinsics import undistorted
 from ..core.layouts import H36M17, remap
+from ..core.limits import limit
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm
 from .visibility import unseen
@@ -15,12 +16,9 @@ from .visibility import unseen
 # Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
 
-FEWEST = 6  # joints that place a body
+FEWEST = limit("placing.joints")
+NEAREST = limit("placing.nearest")  # statures before the camera
 _ROUNDS = 6  # of reweighting; weights change by less than 1 % after five
-_ROBUST = 2.0  # times the median residual at which a joint's weight is halved
-_LEAST_ERROR = 0.001  # statures, of a joint: exact input is not believed without end
-NEAREST = 0.1  # statures before the camera
-_UNKNOWN_CONFIDENCE = 0.7  # as for the lifter
 
 
 def off_rays(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -48,7 +46,7 @@ def keypoint_rays(
     visible = (body.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
     rays = (body.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
     confidence = body.confidence[rows]
-    trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE) ** 2
+    trust = np.where(np.isfinite(confidence), confidence, limit("placing.unknown-score")) ** 2
     return np.where(visible[..., None], rays, np.nan), trust
 
 
@@ -76,6 +74,7 @@ def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[
     trust = np.where(usable, weights, 0.0)
     sides, equations = rays * joints[..., 2:] - joints[..., :2], _equations(rays)
     weights, expected = trust, rays
+    least_error, robust = limit("placing.least-error"), limit("placing.robust")
     for _ in range(_ROUNDS):
         weighed = weights[..., None, None] * _equations(expected)
         matrix, right = (np.einsum("tjea,tje...->ta...", weighed, each) for each in (equations, sides))
@@ -85,10 +84,10 @@ def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[
         inside = usable & (ahead[..., 2] > NEAREST)
         expected = np.where(inside[..., None], ahead[..., :2] / np.maximum(ahead[..., 2:], NEAREST), rays)
         off = norm(place[:, None, :2] - rays * place[:, None, 2:] - sides)
-        usual = _median(off * np.sqrt(trust), usable) + _LEAST_ERROR
-        weights = trust / (1 + trust * (off / (_ROBUST * usual[:, None])) ** 2)
+        usual = _median(off * np.sqrt(trust), usable) + least_error
+        weights = trust / (1 + trust * (off / (robust * usual[:, None])) ** 2)
     freedom = np.maximum(2 * usable.sum(axis=1) - 3, 1)
-    variance = (weights * off**2).sum(axis=1) / freedom + _LEAST_ERROR**2 * trust.max(axis=1)
+    variance = (weights * off**2).sum(axis=1) / freedom + least_error**2 * trust.max(axis=1)
     enough &= place[:, 2] > NEAREST
     information = (matrix + matrix.swapaxes(1, 2)) / 2 / np.where(enough, variance, 1.0)[:, None, None]
     return np.where(enough[:, None], place, np.nan), np.where(enough[:, None, None], information, 0.0)

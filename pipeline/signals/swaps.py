@@ -24,6 +24,7 @@ from ..core.anthropometry import trunk_length
 from ..core.blocks import blocks
 from ..core.frames import CAMERA
 from ..core.layouts import ARM, LEG, TRUNK_CORNERS, Layout
+from ..core.limits import limit
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import norm
@@ -37,34 +38,6 @@ _WITH_END = {"ankle": ("big_toe", "small_toe", "heel", "foot_index"), "wrist": (
 # Of a pair that is exchanged by itself, the joints that show it: the two knees lie apart in much the same direction as
 # the two ankles, elbows as wrists.
 _BESIDE = {"knee": "ankle", "ankle": "knee", "elbow": "wrist", "wrist": "elbow"}
-# Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. One pair of
-# joints is told wrongly more easily than a limb. With the price for one pair 1 of 332 sound takes of 9 validation
-# people is told wrongly, with that for limbs 4.
-_PRICE, _ALONE_PRICE = 3.0, 3.4
-_PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
-_ANATOMY = 2.0  # a second, for each cue that says the opposite
-_CERTAIN = np.log(10)  # odds of ten to one
-# Who turns passes edge-on, where sides change places in an image and nothing leaps. A run that lasts as long as a turn
-# may be right, and what is beside it wrong.
-_TURN_S = 0.35
-_FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
-_LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-# Trunk lengths, squared: from this product of their distances on two pairs at a bone's ends show by their direction
-# that none is exchanged.
-_SAME_WAY = 0.25
-# Two joints of one name leap to each other's places: within so many seconds, by so many trunk lengths a second, and so
-# many times faster than in nine of ten steps of the take. They are apart by so many trunk lengths, before as far as
-# after but for this share, and opposite by this cosine; what lies midway moves less than this share of the leap. Sound
-# validation takes, runners among them, reach 1.9 times, a boxer 2.6; real exchanges 2.2 to 35, most of them above 3.
-_LEAP_S, _LEAP_SPEED, _FASTER = 0.1, 15.0, 3.0
-_APART, _ALIKE, _OPPOSITE, _IN_PLACE = 0.4, 0.6, -0.8, 0.25
-_CROSSED = 0.1  # of the leap: from there on they cross
-# Both limbs on one: their middle and outer joints are so near to each other in trunk lengths, for longer than limbs
-# need to pass, and come there or part in one step: by so many trunk lengths, by so many a second, and by so many times
-# as much as in the steps before and after. None of the same 332 takes has it, 92 % of those into which it is put, and
-# real films of a boxer, a walker and a runner seen from the side have it where the detector is unsure of one limb.
-_NEAR, _PASSING_S = 0.25, 0.15
-_FAR, _SPEED, _IN_ONE_STEP = 0.4, 12.0, 3.0
 _LOOKED_AT = 1024  # rows whose states are compared at once
 _MOST_RANGES = 8  # named of one kind
 
@@ -96,7 +69,7 @@ class Kind:
     name: str
     pairs: np.ndarray
     limb: str
-    price: float = _PRICE
+    price: float
 
     def vectors(self, joints: np.ndarray) -> np.ndarray:
         """(T, M, D) what changes its sign. joints: (T, J, D)."""
@@ -109,10 +82,11 @@ class Kind:
         return turned
 
 
-def _kind(name: str, limb: str, parts: Iterable[str], layout: Layout, price: float = _PRICE) -> Kind:
+def _kind(name: str, limb: str, parts: Iterable[str], layout: Layout, alone: bool = False) -> Kind:
     """Of the pairs of these parts that the layout has, and of what goes with a limb's end."""
     whole = [each for part in parts for each in (part, *_WITH_END.get(part, ()))]
     pairs = [[layout.index(f"{side}_{part}") for side in "lr"] for part in whole if f"l_{part}" in layout]
+    price = limit("swaps.price-alone" if alone else "swaps.price")
     return Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, price)
 
 
@@ -125,7 +99,7 @@ def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
     """Knees, ankles, elbows or wrists that are exchanged alone; heels and toes go with the ankles, fingers with the
     wrists."""
     return tuple(
-        _kind(f"{part}s exchanged", limb, [part], layout, price=_ALONE_PRICE)
+        _kind(f"{part}s exchanged", limb, [part], layout, alone=True)
         for limb, parts in _PARTS.items()
         for part in parts[1:]
         if f"l_{part}" in layout
@@ -149,8 +123,8 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
         return ()
     poses = without_made_nose(poses.without_feet)
     joints = poses.joints.astype(np.float64)
-    # At 30 frames a second where the rate is unknown: little depends on it here.
-    times = poses.frame_index / 30.0 if poses.time_s is None else poses.time_s.astype(np.float64)
+    frames = poses.frame_index / limit("swaps.rate")
+    times = frames if poses.time_s is None else poses.time_s.astype(np.float64)
     ways, layout = _ways(poses.layout), poses.layout
     # Of a lift of wrong keypoints depth may be as it was.
     axes = 2 if poses.frame.axes == CAMERA.axes else poses.frame.dims
@@ -211,7 +185,7 @@ def _alone(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
         beside = _BESIDE[way.name.removesuffix("s exchanged")]
         other = layout.indices([f"{side}_{beside}" for side in "lr"])
         apart = way.vectors(image)[:, 0] * (image[:, other[0]] - image[:, other[1]])
-        cues.append(np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1))
+        cues.append(np.clip(np.nan_to_num(apart.sum(axis=-1)) / (limit("swaps.same-way") * size**2), -1, 1))
     if not cues:
         return []
     anatomy = np.stack([cues, np.negative(cues)], axis=-1)
@@ -230,15 +204,15 @@ def _runs(
     way in the likeliest states (S, K) of each row. anatomy: (L, T, S), how much the row looks like a body in each
     state."""
     price = limbs[0][0].price
-    vectors = [[way.vectors(clip) for way in ways] for ways in limbs]
-    continuity = np.array([[_continuity(each, times, _FLOOR * size) for each in of] for of in vectors])
+    vectors, floor = [[way.vectors(clip) for way in ways] for ways in limbs], limit("swaps.nearest") * size
+    continuity = np.array([[_continuity(each, times, floor) for each in of] for of in vectors])
     continuity = np.moveaxis(continuity, 2, 1)
     seconds = np.gradient(times)[:, None]
-    cost = seconds * _ANATOMY * (anatomy[..., :1] - anatomy)
-    wrong = seconds * _PER_SECOND * states.any(axis=1)
+    cost = seconds * limit("swaps.anatomy") * (anatomy[..., :1] - anatomy)
+    wrong = seconds * limit("swaps.per-second") * states.any(axis=1)
     paths = likeliest(continuity, cost + wrong, states, price)
     odds = -np.take_along_axis(cost, paths[..., None], axis=2)  # logarithms, by anatomy
-    runs = []
+    runs, certain = [], np.log(limit("swaps.certain"))
     for limb, k in np.ndindex(len(limbs), states.shape[1]):
         on = np.concatenate([[0], states[paths[limb], k], [0, 0, 0]])
         spans = np.flatnonzero(np.diff(on)).reshape(-1, 2)
@@ -251,10 +225,10 @@ def _runs(
                 continue
             # That it is short says nothing of a run as long as a turn, or longer than what is beside it.
             fewest = min((count for count in beside[i : i + 2] if count), default=0)
-            open_side = seconds[first:end].sum() > _TURN_S or end - first > fewest
+            open_side = seconds[first:end].sum() > limit("swaps.turn") or end - first > fewest
             sure = odds[limb, first:end].sum() if open_side else evidence - price
             name = limbs[limb][k].name
-            runs.append(Swap(name, int(first), int(end - 1), evidence, bool(sure >= _CERTAIN)))
+            runs.append(Swap(name, int(first), int(end - 1), evidence, bool(sure >= certain)))
     return runs
 
 
@@ -267,17 +241,19 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
         ends = image[:, way.pairs[1:]] / size
         apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
         steps = norm(np.diff(apart, axis=0)).T / step_s
-        fast = [np.percentile(of[np.isfinite(of)], 90) if np.isfinite(of).any() else np.inf for of in steps]
-        least = np.maximum(_LEAP_SPEED, _FASTER * np.array(fast))
+        most = limit("swap-leaps.usual")
+        fast = [np.percentile(of[np.isfinite(of)], most) if np.isfinite(of).any() else np.inf for of in steps]
+        least = np.maximum(limit("swap-leaps.speed"), limit("swap-leaps.faster") * np.array(fast))
         wrong = np.zeros(len(image), dtype=bool)
-        for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(image) - 1) + 1):
+        for rows in range(1, min(max(round(limit("swap-leaps.within") / step_s), 1), len(image) - 1) + 1):
             old, new = apart[:-rows], apart[rows:]
             lengths = norm(np.stack([old, new]))
             leap = norm(new - old)
             over = leap > least * (times[rows:] - times[:-rows])[:, None]
-            over &= norm(middle[rows:] - middle[:-rows]) < _IN_PLACE * leap
-            over &= lengths.min(axis=0) > np.maximum(_APART, _ALIKE * lengths.max(axis=0))
-            over &= (old * new).sum(axis=-1) < _OPPOSITE * lengths.prod(axis=0)
+            over &= norm(middle[rows:] - middle[:-rows]) < limit("swap-leaps.in-place") * leap
+            alike = limit("swap-leaps.alike") * lengths.max(axis=0)
+            over &= lengths.min(axis=0) > np.maximum(limit("swap-leaps.apart"), alike)
+            over &= (old * new).sum(axis=-1) < limit("swap-leaps.opposite") * lengths.prod(axis=0)
             for row, joint in np.argwhere(over):
                 axis, end = new[row, joint] - old[row, joint], row + rows
                 along = apart[:, joint] @ axis / (axis @ axis)
@@ -293,7 +269,7 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
 def _until_crossed(along: np.ndarray) -> int:
     """How many of the first rows (T,) have the limbs apart, by the median of three."""
     around = np.pad(along, 1, mode="edge")
-    apart = np.median([around[:-2], along, around[2:]], axis=0) > _CROSSED
+    apart = np.median([around[:-2], along, around[2:]], axis=0) > limit("swap-leaps.crossed")
     return int(np.argmin(np.append(apart, False)))
 
 
@@ -304,9 +280,9 @@ def _collapsed(image: np.ndarray, times: np.ndarray, layout: Layout, size: float
     for way in limbs_on_one(layout) if size else ():
         ends = image[:, way.pairs[:2]] / size
         apart = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
-        together = (apart < _NEAR).all(axis=1)
+        together = (apart < limit("both-on-one.near")).all(axis=1)
         for first, end in stretches(together).tolist():
-            lasts = times[end - 1] - times[first] >= _PASSING_S
+            lasts = times[end - 1] - times[first] >= limit("both-on-one.passing")
             if lasts and (
                 _parts(apart[end - 2 :], times[end - 2 :])
                 or _parts(apart[first + 1 :: -1], -times[first + 1 :: -1])
@@ -322,8 +298,9 @@ def _parts(apart: np.ndarray, times: np.ndarray) -> bool:
         return False
     steps = np.abs(np.diff(apart[:5], axis=0))
     leap = np.median(apart[2:5], axis=0) - apart[1]
-    far = leap > max(_FAR, _SPEED * (times[2] - times[1]))
-    return bool((far & (steps[1] > _IN_ONE_STEP * np.maximum(steps[0], steps[2]))).any())
+    far = leap > max(limit("both-on-one.far"), limit("both-on-one.speed") * (times[2] - times[1]))
+    at_once = steps[1] > limit("both-on-one.one-step") * np.maximum(steps[0], steps[2])
+    return bool((far & at_once).any())
 
 
 def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndarray:
@@ -342,7 +319,7 @@ def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndar
     for before, now in np.ndindex(2, 2):
         middle = (-1) ** before * mid
         move = middle - old
-        trust = 1 / (1 + (move**2).sum(axis=-1) / (_LEAP * usual_step) ** 2)
+        trust = 1 / (1 + (move**2).sum(axis=-1) / (limit("swaps.leap") * usual_step) ** 2)
         expected = middle + ratio * trust[..., None] * move
         square[before, now] = (((-1) ** (before + now) * new - expected) ** 2).sum(axis=-1)
     usual = _median_norm(np.sqrt(square[0, 0])[..., None], floor) ** 2

@@ -10,25 +10,14 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import H36M17, remap
+from ..core.limits import limit
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm
 from .filters import stretches
 
-# Of a joint that was seen: MoveNet gives 0.02 to 0.2 to legs that are cut off, 0.3 and more to an arm behind the body.
-LEAST_SCORE = 0.25
-# A joint that MoveNet does not see but guesses has a score of about 0.4. On the real take (pose2sim of
-# models/lab/evaluation/real_data.py) its wrists are off by 3 % of the distance from shoulder to ankle where their
-# score, the mean over a quarter of a second, is 0.55 or more, by 5 % from 0.5 on, by 9 to 21 % below.
-SURE_SCORE, _SURE_S = 0.5, 0.25
-_WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of such a window
-_BORDER_PX = 1.0
-_NEAR = 0.012  # of the image's side: within this distance from it detectors put joints that are outside
-_BEYOND = 0.05  # of the side, and of the points: detectors put few visible joints so far outside
-_MOST_BEYOND = 0.5  # of the points: more outside, and the size is wrong
-_INSIDE = 3.0  # times _NEAR: from this distance on a joint is well inside again
-_SHORT = 0.85  # of a limb's own length: shorter at the edge, and its end is beyond it
-_FEWEST = 8  # frames well inside, by which a limb's own length is known
+LEAST_SCORE = limit("unseen.score")
+SURE_SCORE = limit("unseen.sure-score")  # of MoveNet
 _LIMBS = {"ankle": "knee", "knee": "hip", "wrist": "elbow", "elbow": "shoulder"}  # end: beginning
 
 
@@ -73,7 +62,8 @@ def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndar
     score = body.confidence[rows].astype(np.float64)
     has_score = (body.frame_index[rows] == frame_index)[:, None] & np.isfinite(score)
     with np.errstate(invalid="ignore"):
-        return _about(np.where(has_score, score, 0.0), times, _SURE_S) / _about(has_score, times, _SURE_S)
+        window_s = limit("unseen.sure-window")
+        return _about(np.where(has_score, score, 0.0), times, window_s) / _about(has_score, times, window_s)
 
 
 def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
@@ -82,11 +72,11 @@ def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> N
     points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
     if image_size is None or not len(points):
         return None
-    size = np.array(image_size)
-    share = float(((points < -_BEYOND * size) | (points > (1 + _BEYOND) * size)).any(axis=-1).mean())
+    size, beyond = np.array(image_size), limit("image-size.beyond")
+    share = float(((points < -beyond * size) | (points > (1 + beyond) * size)).any(axis=-1).mean())
     right, down = np.ceil(points.max(axis=0)).astype(int).tolist()  # of the smallest that has them all
     width, height = image_size
-    if share > _MOST_BEYOND:
+    if share > limit("image-size.wrong"):
         raise InputError(
             "bad-value",
             f"Expected the size of the image that the keypoints are of, got {width}x{height}, outside which "
@@ -94,15 +84,17 @@ def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> N
             "the video that they were detected in.",
         )
     values = {"width": width, "height": height, "right": right, "down": down}
-    return notice("image-size-doubtful", share_percent=100 * share, **values) if share > _BEYOND else None
+    doubtful = share > limit("image-size.doubtful")
+    return notice("image-size-doubtful", share_percent=100 * share, **values) if doubtful else None
 
 
 def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:
     """(...,) of points (..., 2) in pixels, which are at the border of the image, or beyond it."""
     if image_size is None:
         return np.zeros(points.shape[:-1], dtype=bool)
-    high = np.array(image_size) - 1 - _BORDER_PX
-    return np.asarray(((points <= _BORDER_PX) | (points >= high)).any(axis=-1))
+    border_px = limit("unseen.border")
+    high = np.array(image_size) - 1 - border_px
+    return np.asarray(((points <= border_px) | (points >= high)).any(axis=-1))
 
 
 def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:
@@ -111,20 +103,20 @@ def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndar
     squeezed = np.zeros(points.shape[:-1], dtype=bool)
     if image_size is None:
         return squeezed
-    size = np.array(image_size, dtype=np.float64)
-    gap = (np.minimum(points, size - 1 - points) / (_NEAR * size)).min(axis=-1)
+    size, well_inside = np.array(image_size, dtype=np.float64), limit("squeezed.inside")
+    gap = (np.minimum(points, size - 1 - points) / (limit("squeezed.near") * size)).min(axis=-1)
     trunk = norm(points[:, H36M17.index("thorax")] - points[:, H36M17.index("pelvis")])
     for end, beginning in _LIMBS.items():
         for side in "rl":
             at, begins = H36M17.indices((f"{side}_{end}", f"{side}_{beginning}"))
             with np.errstate(divide="ignore", invalid="ignore"):
                 length = norm(points[:, at] - points[:, begins]) / trunk
-            inside = length[(gap[:, at] > _INSIDE) & np.isfinite(length)]
-            if len(inside) < _FEWEST:
+            inside = length[(gap[:, at] > well_inside) & np.isfinite(length)]
+            if len(inside) < limit("squeezed.rows"):
                 continue
             edge = gap[:, at] <= 1
-            short = edge & (length < _SHORT * np.median(inside))
-            for first, stop in stretches(gap[:, at] <= _INSIDE).tolist():
+            short = edge & (length < limit("squeezed.short") * np.median(inside))
+            for first, stop in stretches(gap[:, at] <= well_inside).tolist():
                 if short[first:stop].any():
                     squeezed[first + int(edge[first:stop].argmax()) : stop, at] = True
             squeezed[:, begins] |= squeezed[:, at] & (gap[:, begins] <= 1)
@@ -133,8 +125,8 @@ def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndar
 
 def _mostly(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
     """(T, J) True where most frames within half a window of time on either side are."""
-    frames = _about(np.ones((len(mask), 1)), times, _WINDOW_S)
-    return _about(mask, times, _WINDOW_S) > 0.5 * frames
+    window_s = limit("unseen.window")
+    return _about(mask, times, window_s) > 0.5 * _about(np.ones((len(mask), 1)), times, window_s)
 
 
 def _about(values: np.ndarray, times: np.ndarray, window_s: float) -> np.ndarray:
