@@ -84,6 +84,7 @@ def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
     options.log_severity_level = _SILENT  # what fails is raised as well
     # Threads that wait for the next image in a loop hold the cores that decode it.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.enable_mem_pattern = False  # it costs twice the memory and saves no time, and directml refuses it
     if device == CPU:
         return onnxruntime.InferenceSession(content, options, providers=[KINDS[CPU].provider])
     kind = KINDS[device]
@@ -91,7 +92,6 @@ def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
         **kind.options,
         **({"num_of_threads": str(threads or cores())} if device == "openvino" else {}),
     }
-    options.enable_mem_pattern = device != "directml"  # which refuses it
     if device == "cuda" and hasattr(onnxruntime, "preload_dlls"):  # from 1.21 on
         with redirect_stdout(StringIO()):  # it prints what it misses
             onnxruntime.preload_dlls()  # those of NVIDIA's packages, which the system does not find by itself
