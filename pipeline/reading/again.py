@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from ..core.layouts import LIMBS
+from ..core.limits import limit
 from ..core.notices import notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
@@ -17,14 +18,8 @@ from ..files.detections import listed
 from ..files.video_frames import images_at
 from .tracker import LARGER, PACE, REACH, extent
 
-_FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 _TRUNK = ("l_shoulder", "r_shoulder", "l_hip", "r_hip")
-_IMAGES = 5  # of a track whose look is taken
-_BINS = (8, 4, 4)  # of hue, saturation and brightness
-_RANGES = (0, 180, 0, 256, 0, 256)  # of these in OpenCV
-# Hellinger distance of two looks. Two halves of a track of one person are 0.18 to 0.43 apart in six films (the demo's
-# man and woman, Pose2Sim's man before four cameras), people in other clothes 0.74 and more.
-_ALIKE = 0.6
+_RANGES = (0, 180, 0, 256, 0, 256)  # of hue, saturation and brightness in OpenCV
 
 
 def rejoined(tracks: Sequence[PoseSequence], video: Video) -> tuple[PoseSequence, ...]:
@@ -45,7 +40,8 @@ def first_names(tracks: Sequence[PoseSequence], video: Video) -> dict[str, str]:
         track.person: _look(track, video)
         for track in {track.person: track for pair in pairs for track in pair}.values()
     }
-    pairs = [pair for pair in pairs if _apart(*(looks[track.person] for track in pair)) <= _ALIKE]
+    most = limit("joined-again.alike")
+    pairs = [pair for pair in pairs if _apart(*(looks[track.person] for track in pair)) <= most]
     either = [*pairs, *(pair[::-1] for pair in pairs)]
     for track, other in pairs:
         if not any(
@@ -100,7 +96,8 @@ def may_be(first: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> b
     larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
     away_s = time_s[goes_on] - time_s[ends]
     way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
-    near = way <= (REACH + _FASTEST * away_s) * np.maximum(*(extent(corners)[at] for at in (ends, goes_on)))
+    size_px = np.maximum(*(extent(corners)[at] for at in (ends, goes_on)))
+    near = way <= (REACH + limit("joined-again.fastest") * away_s) * size_px
     before = np.maximum(ends - PACE, np.concatenate([[0], goes_on[:-1]]))
     went_s = np.maximum(time_s[ends] - time_s[before], 1e-9)
     gone_to = middle[ends] + (middle[ends] - middle[before]) * (away_s / went_s)[:, None]
@@ -124,7 +121,7 @@ def _look(track: PoseSequence, video: Video) -> np.ndarray | None:
         return None
     trunk = track.joints[:, track.layout.indices(_TRUNK)]
     rows = np.flatnonzero(is_finite(trunk).all(axis=1))
-    rows = rows[np.linspace(0, len(rows) - 1, min(_IMAGES, len(rows))).astype(int)]
+    rows = rows[np.linspace(0, len(rows) - 1, min(limit("joined-again.images"), len(rows))).astype(int)]
     images = images_at(video, track.frame_index[rows].tolist())
     looks = []
     for row in rows:
@@ -136,7 +133,8 @@ def _look(track: PoseSequence, video: Video) -> np.ndarray | None:
         if part.size:
             colours = cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_RGB2HSV)
             looks.append(
-                cv2.calcHist([colours], [0, 1, 2], None, _BINS, _RANGES).ravel() / colours[..., 0].size
+                cv2.calcHist([colours], [0, 1, 2], None, limit("joined-again.bins"), _RANGES).ravel()
+                / colours[..., 0].size
             )
     return np.mean(looks, axis=0) if looks else None
 

@@ -8,30 +8,24 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.limits import limit
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import Video
 from ..signals.filters import rate
 
-RATES = (1.0, 1000.0)  # of video; fewer frames carry no movement, and more a camera for people does not take
-_TOLERANCE = 0.01  # of a rate: 29.97 is 30
-_SLOWED = 1.05  # times as many frames captured as shown: slow motion
-_LONGEST_S = 1e6  # eleven days
-_SIZES = (
-    1e-4,
-    1e7,
-)  # of a body in any unit, pixels among them: a child in kilometres, an adult in micrometres
-_FARTHEST = 1e9  # from the origin
+RATES = limit("times.rates")  # of video
 
 
 def check_times(time_s: np.ndarray, where: str) -> None:
     """InputError for times (T,) beyond a million seconds, and for fewer than 1 or more than 1,000 rows a second."""
-    if np.abs(time_s).max(initial=0) > _LONGEST_S:
+    longest_s = limit("times.longest")
+    if np.abs(time_s).max(initial=0) > longest_s:
         worst = float(time_s[np.abs(time_s).argmax()])
         raise InputError(
             "times-broken",
-            f"{where}: expected times within {_LONGEST_S:.0f} s, got {worst:.6g} s; count seconds from the recording's "
+            f"{where}: expected times within {longest_s:.0f} s, got {worst:.6g} s; count seconds from the recording's "
             "begin, or give the frame rate (--fps).",
         )
     fps = rate(time_s)
@@ -53,10 +47,11 @@ def check_size(poses: PoseSequence, where: str) -> None:
     far = float(max(np.nanmax(high), -np.nanmin(low)))
     extent = (high - low)[joints_there > 1] if (joints_there > 1).any() else np.ones((1, 1))
     size = float(np.nanmedian(extent, axis=0).max())
-    if size != 0 and not (_SIZES[0] <= size <= _SIZES[1] and far <= _FARTHEST):  # of size 0 is a failed frame
+    (smallest, largest), farthest = limit("body.sizes"), limit("body.farthest")
+    if size != 0 and not (smallest <= size <= largest and far <= farthest):  # of size 0 is a failed frame
         raise InputError(
             "wrong-axes",
-            f"{where}: expected a body of {_SIZES[0]:g} to {_SIZES[1]:g} units, within {_FARTHEST:g} of the origin, "
+            f"{where}: expected a body of {smallest:g} to {largest:g} units, within {farthest:g} of the origin, "
             f"got one of {size:.3g}, up to {far:.3g} away; write coordinates in metres, or in pixels for keypoints.",
         )
 
@@ -82,12 +77,13 @@ def rate_doubts(given: float | None, video: Video | None, stated: float | None =
     used = shown if given is None else given
     if used is None or shown is None or not np.isfinite([used, shown]).all():
         return []
-    if captured is not None and captured > _SLOWED * shown:
-        if abs(used / captured - 1) <= _TOLERANCE:
+    tolerance = limit("fps-contradicts.tolerance")
+    if captured is not None and captured > limit("slow-motion-stated.times") * shown:
+        if abs(used / captured - 1) <= tolerance:
             return []
         rates: dict[str, Any] = {"captured_fps": captured, "shown_fps": shown, "used_fps": used}
         return [notice("slow-motion-stated", **rates, times=captured / used)]
-    if abs(used / shown - 1) <= _TOLERANCE:
+    if abs(used / shown - 1) <= tolerance:
         return []
     source = "file" if video is None else "video"
     return [notice("fps-contradicts", used_fps=used, source=source, shown_fps=shown, times=used / shown)]

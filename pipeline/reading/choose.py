@@ -7,15 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.limits import limit
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate
 from ..files.detections import FEWEST_FRAMES, listed
 from .tracker import steps
-
-# Frames, and of the body's size from one to the next: looser ones took 12 of 444 sound takes for exchanged.
-_AT_ONCE, _ONE_PLACE = 3, 0.15
 
 
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
@@ -82,7 +80,8 @@ def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> 
             joints = np.stack([chosen.joints[row], other.joints[-1], chosen.joints[row + 1]])
             sizes, apart = float(steps(joints[::2])[0]), steps(joints)[1]
             visible = sizes > 0 and apart > 0  # `steps` are 0 where fewer than three joints tell
-            if gone < first and back - _AT_ONCE <= last < back and visible and apart < _ONE_PLACE:
+            soon = back - limit("leap-between-people.frames") <= last < back
+            if gone < first and soon and visible and apart < limit("leap-between-people.one-place"):
                 unseen = f", after {how_many(back - gone - 1, 'frame')} unseen"
                 values: dict[str, Any] = {"sizes": sizes, "frame": back, "unseen": unseen}
                 return [notice("leap-between-people", weight="suspicious", **values)]

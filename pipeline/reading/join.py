@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.limits import limit
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
@@ -21,9 +22,6 @@ from ..signals.filters import nearest_row, rate
 from .bounds import check_fps, check_times, rate_doubts
 from .load import Source
 from .settings import RunOptions
-
-_WHOLE = 0.95  # of a video's frames, up to the last that rows show
-_OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,10 +202,8 @@ class Files:
         start_s, stop_s = self.video.time_s[[first, last]]
         shown = float((last - first) / (stop_s - start_s))  # of the same frames
         # A file that counts frames at the one rate of a video whose images come unevenly contradicts no more than that.
-        if any(
-            1 / _OTHER_RATE < stated / of < _OTHER_RATE
-            for of in (shown, self.video.fps, rate(self.video.time_s))
-        ):
+        most = limit("clocks-contradict.times")
+        if any(1 / most < stated / of < most for of in (shown, self.video.fps, rate(self.video.time_s))):
             return []
         return [notice("clocks-contradict", shown_fps=shown, stated_fps=stated, times=shown / stated)]
 
@@ -237,7 +233,7 @@ def numbered_by_times(video: Video, poses: PoseSequence) -> PoseSequence:
         return poses
     numbers = nearest_row(video.time_s, poses.time_s)
     off = np.abs(video.time_s[numbers] - poses.time_s)
-    whole = numbers[-1] >= _WHOLE * (len(video.time_s) - 1)
+    whole = numbers[-1] >= limit("frame-numbers.whole") * (len(video.time_s) - 1)
     if not whole or (off >= np.median(np.diff(video.time_s)) / 2).any() or (np.diff(numbers) <= 0).any():
         return poses
     return poses.with_(frame_index=numbers, frames_known=True).noted("frame numbers", source="times")
@@ -290,7 +286,7 @@ def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
         return []
     begin, end = video.span
     first, last = lead.frame_index[[0, -1]]
-    if last >= begin + 0.95 * (end - begin):
+    if last >= begin + limit("part-only.share") * (end - begin):
         return []
     part = f"The data cover video frames {first} to {last}"
     return [notice("part-only", part=part, whole=how_many(len(video.time_s), "frame"))]

@@ -1,9 +1,4 @@
-"""Whether joints are in the order that is said, by the lengths of limbs and trunk: in another they join strange joints.
-
-Of 235 takes of people and motion capture, seen in images or drawn from one side, 95 % have a misfit of at most 0.12 in
-their own order, and those of somebody who crouches or crawls throughout 0.37 to 0.56; read in another public order of
-as many joints, they have 0.24 to 2.2. By the rule of `other_order` none is told wrongly, and 97 % of the others are.
-"""
+"""Whether joints are in the order that is said, by the lengths of limbs and trunk: in another they join others."""
 
 from __future__ import annotations
 
@@ -14,6 +9,7 @@ import numpy as np
 from ..core.anthropometry import SEGMENTS, TRUNK
 from ..core.errors import InputError
 from ..core.layouts import H36M17_B, H36M17_C, LAYOUTS, Layout
+from ..core.limits import limit
 from ..core.rotations import is_finite
 
 # Bones of one side, and their lengths as shares of the stature.
@@ -24,13 +20,8 @@ _BONES = {
     ("elbow", "wrist"): SEGMENTS["l_elbow", "l_wrist"],
     ("shoulder", "hip"): TRUNK,
 }
-_SEEN_WHOLE = 90  # percentile of a bone's length in the image, near which it lies across the view
-MISFIT, _HALF = (
-    0.2,
-    0.5,
-)  # from which an order is doubted, and the share of it that another one may have at most
-_MOST_ROWS = 5000
-_ENOUGH_ROWS = 10  # before anybody is told: in a few a bone may point at the camera throughout
+MISFIT = limit("joint-order.misfit")
+_MOST_ROWS = 5000  # that are looked at
 
 
 def misfit(points: np.ndarray, layout: Layout) -> float:
@@ -43,7 +34,8 @@ def misfit(points: np.ndarray, layout: Layout) -> float:
             length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1)
             length = length[np.isfinite(length)]
             if len(length):
-                logs.append(np.log(max(float(np.percentile(length, _SEEN_WHOLE)), 1e-9) / share))
+                across = float(np.percentile(length, limit("joint-order.across")))
+                logs.append(np.log(max(across, 1e-9) / share))
     return float(np.mean(np.abs(logs - np.median(logs)))) if len(logs) > len(_BONES) else float("nan")
 
 
@@ -58,7 +50,7 @@ def check_order(points: np.ndarray, layout: Layout, where: str, way_out: str) ->
     mirror images, of the same bones, are none. where: begins the sentence. way_out: how to have them read in that
     order, with "{}" in place of its name."""
     others = (each for each in LAYOUTS.values() if each not in (H36M17_B, H36M17_C))
-    if (fits := other_order(points, layout, others, _ENOUGH_ROWS)) is not None:
+    if (fits := other_order(points, layout, others, limit("joint-order.rows"))) is not None:
         raise InputError(
             "wrong-content",
             f"{where}expected joints in the order of {layout.name}, but their limbs are those of a body in the order "
@@ -80,4 +72,4 @@ def other_order(
     own = misfit(bodies, layout)
     misfits = [np.nan_to_num(misfit(bodies, other), nan=np.inf) for other in rivals]
     best = int(np.argmin(misfits))
-    return rivals[best] if own > MISFIT and misfits[best] < _HALF * own else None
+    return rivals[best] if own > MISFIT and misfits[best] < limit("joint-order.half") * own else None

@@ -3,10 +3,6 @@
 Each pose is placed where its joints lie best on the rays of the keypoints (signals/reprojection.py); how far they are
 off then is least for the frames that belong together: as they are numbered, some frames earlier or later, or by another
 rate. A numbering that is right betters every part of a take; by chance one betters some.
-Of 142 lifts of noisy keypoints and six files of other lifters none is off its own keypoints by more than 0.062 of the
-stature, of 60 pairs of different recordings none by less than 0.070; those are nearly as far off as in another order of
-rows, sound ones that are off by so much are not. In 122 sound takes of 36 to 240 rows another shift or rate betters
-four of six parts by a factor of 1.075 at most.
 """
 
 from __future__ import annotations
@@ -18,32 +14,23 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
 from ..core.layouts import H36M17
+from ..core.limits import limit
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..signals.reprojection import FEWEST, JOINTS, keypoint_rays, off_rays
 
-_ROWS = 60  # that are compared, evenly spread
-_ENOUGH = 20  # rows that both have
-_LAGS = range(-8, 9)
-_USUAL_RATES = (24, 25, 30, 50, 60)
+_USUAL_RATES = limit("keypoints-not-of-poses.rates")
 RATES = sorted({a / b for a in _USUAL_RATES for b in _USUAL_RATES})  # of one video that was made into another
-_OFF, _BETTER = 0.065, 1.1
-# Parts of a take, in nearly all of which a numbering is better that is right.
-_PARTS, _BETTER_PARTS = 6, 4
-# Of how far off the same keypoints are in another order: from this share on they show no more than anybody's.
-_AS_ANYBODYS = 0.55
-# Without the image's size the camera is taken to be far away: of 40 sound lifts one is 0.085 off and the others 0.06 at
-# most, none is better elsewhere by more than 1.03; of pairs of different recordings none is off by less than 0.079.
-_OFF_UNSIZED = 0.09
+# Without the image's size the camera is taken to be far away.
 _FAR_SIZE, _FAR_PX = (200_000, 200_000), 1e6
 
 
 @dataclass(frozen=True)
 class Fit:
     """off: median distance of joints from the rays of their keypoints, in statures, as numbered. best: the same where
-    the poses' numbers grow `rate` times as fast and the first is `lag` frames later; parts: of the take, of _PARTS,
-    which are better then. anybodys: the same of the keypoints half a take later. sized: whether the image's size is
+    the poses' numbers grow `rate` times as fast and the first is `lag` frames later; parts: of the take, which
+    are better then. anybodys: the same of the keypoints half a take later. sized: whether the image's size is
     known."""
 
     off: float
@@ -58,11 +45,13 @@ class Fit:
     def elsewhere(self) -> bool:
         """Whether they belong together at another shift or rate."""
         changed = abs(self.lag) > 1 or self.rate != 1
-        return changed and self.off > _BETTER * self.best and self.parts >= _BETTER_PARTS
+        better, (fewest, _) = limit("keypoints-not-of-poses.better"), limit("keypoints-not-of-poses.parts")
+        return changed and self.off > better * self.best and self.parts >= fewest
 
     def notice(self) -> Notice | None:
         """What is said where they are not of the same frames or person; None where they are."""
         how = None
+        most = limit("keypoints-not-of-poses.off" if self.sized else "keypoints-not-of-poses.off-unsized")
         if self.elsewhere:
             fits = f"within {100 * self.best:.1f} %"
             if self.rate != 1:
@@ -70,7 +59,7 @@ class Fit:
             else:
                 way = "later" if self.lag > 0 else "earlier"
                 how = f"; {abs(self.lag)} frames {way} they fit {fits}"
-        elif self.off > max(_OFF if self.sized else _OFF_UNSIZED, _AS_ANYBODYS * self.anybodys):
+        elif self.off > max(most, limit("keypoints-not-of-poses.anybodys") * self.anybodys):
             how = ""
         return None if how is None else notice("keypoints-not-of-poses", off_percent=100 * self.off, how=how)
 
@@ -92,15 +81,18 @@ def together(
         keypoints = _centred(keypoints)
     camera = Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if focal_px else "prior")
     each = _Compared(poses, keypoints, camera, stature)
-    ways = [(lag, 1.0) for lag in _LAGS] + [(0, rate) for rate in RATES if rate != 1]
+    most = limit("keypoints-not-of-poses.lags")
+    ways = [(lag, 1.0) for lag in range(-most, most + 1)] + [(0, rate) for rate in RATES if rate != 1]
     by_way = {(lag, rate): each.off(each.numbered(lag, rate)) for lag, rate in ways} if len(each.at) else {}
-    offs = {way: _median(off) for way, off in by_way.items() if np.isfinite(off).sum() >= _ENOUGH}
+    enough = limit("keypoints-not-of-poses.enough")
+    offs = {way: _median(off) for way, off in by_way.items() if np.isfinite(off).sum() >= enough}
     if (0, 1.0) not in offs:
         return None
     lag, rate = min(offs, key=lambda way: (offs[way], abs(way[1] - 1), abs(way[0])))
     numbered, best = by_way[0, 1.0], by_way[lag, rate]
-    gains = np.array_split((numbered - best)[np.isfinite(numbered - best)], _PARTS)
-    parts = sum(bool(part.mean() > 0) for part in gains if len(part))
+    gain = (numbered - best)[np.isfinite(numbered - best)]
+    _, count = limit("keypoints-not-of-poses.parts")
+    parts = sum(bool(part.mean() > 0) for part in np.array_split(gain, count) if len(part))
     anybodys = _median(each.off(np.roll(each.at, len(each.at) // 2)))
     return Fit(offs[0, 1.0], offs[lag, rate], parts, lag, rate, anybodys, sized=image_size is not None)
 
@@ -131,11 +123,11 @@ class _Compared:
         rays, trust = keypoint_rays(every, keypoints, camera)
         self.rays, self.trust = rays[:, use].astype(np.float64), trust[:, use]
         common = np.flatnonzero(np.isin(poses.frame_index, keypoints.frame_index))
-        rows = (
-            common[np.unique(np.linspace(0, len(common) - 1, _ROWS).astype(int))] if len(common) else common
-        )
-        self.at = poses.frame_index[rows].astype(np.float64)
-        self.joints = (poses.joints[rows][:, use] / stature).astype(np.float64)
+        if len(common):
+            spread = np.linspace(0, len(common) - 1, limit("keypoints-not-of-poses.rows"))
+            common = common[np.unique(spread.astype(int))]
+        self.at = poses.frame_index[common].astype(np.float64)
+        self.joints = (poses.joints[common][:, use] / stature).astype(np.float64)
 
     def numbered(self, lag: int, rate: float) -> np.ndarray:
         """(N,) the poses' numbers where they grow `rate` times as fast and the first is `lag` later."""

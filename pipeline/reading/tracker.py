@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
-LARGER = 1.28  # times by which a person may be larger or smaller than where the track continues
-MEMORY = 30  # frames after which somebody who was lost counts as a new person
-PACE = 10  # frames from which it is predicted how people move on
+from ..core.limits import limit
+
+REACH = limit("tracks.reach")  # body sizes
+LARGER = limit("tracks.larger")  # times
+MEMORY = limit("tracks.memory")  # frames
+PACE = limit("tracks.pace")  # frames
 _NEVER = 1e6
-_FEWEST = 3  # joints that tell how far a body has moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,7 @@ def steps(points: np.ndarray) -> np.ndarray:
     size = extent(points)
     both = np.isfinite(apart).sum(axis=1)
     sizes = both * np.fmax(size[1:], size[:-1])
-    enough = (sizes > 0) & (both >= _FEWEST)
+    enough = (sizes > 0) & (both >= limit("tracks.joints"))
     return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=enough)
 
 

@@ -1,4 +1,4 @@
-"""models/limits.toml has every number that `pipeline/signals` decides by, and says where it is from."""
+"""models/limits.toml has every number that `pipeline/signals` and `reading` decide by, and says where it is from."""
 
 from __future__ import annotations
 
@@ -16,25 +16,32 @@ TREES = {
     for folder in ("pipeline", "adapters", "models", "stages")
     for path in sorted((ROOT / folder).rglob("*.py"))
 }
-HELD_TO_IT = "pipeline/signals/"
+HELD_TO_IT = ("pipeline/signals/", "pipeline/reading/")
 # What decides nothing: indices, signs and orders; zero, one and half; per cent and degrees of a turn.
 NEUTRAL = {*range(5), 0.5, 100, 180, 360}
 # Against division by zero and rounding of times in single precision.
 NEUTRAL |= {1e-12, 1e-9}
 # Numbers of arithmetic, definitions and memory, by module: those in functions, and names of the module.
 OWN = {
+    "again.py": {"_RANGES": "of the values in OpenCV"},
     "altered.py": {1e-6: "of single precision, and more", 1e-30: "the same of zeros"},
     "angles.py": {"REASONS": "codes", "ANGLES": "a definition"},
     "checks.py": {"_UP": "axes"},
-    "filters.py": {
-        "ORDER": "of the filter", "_ALL": "rows at once", "_AT_ONCE": "memory",
+    "filters.py": {"ORDER": "of the filter", "_ALL": "rows at once", "_AT_ONCE": "memory"},
+    "find.py": {
+        "_LISTED": "that are named", "_SHOWN": "that are shown", "_READ_JSON": "memory", 8: "of a header",
+        12: "of a header", 16: "of a text",
     },
     "findings.py": {
         24: "a mean over w is shorter by (rate w)^2 / 24", 0.25: "a root of a fourth power", 5: "seams that are named",
     },
+    "joint_order.py": {"_MOST_ROWS": "time"},
     "norms.py": {"FINE": "codes"},
     "reprojection.py": {"_ROUNDS": "until weights hardly change"},
     "swaps.py": {"_LOOKED_AT": "memory", "_MOST_RANGES": "that are named", 5: "rows of a step and of three behind it"},
+    "testing.py": {"_GARBAGE": "made-up files"},
+    "together.py": {"_FAR_SIZE": "a camera far away"},
+    "tracker.py": {"_NEVER": "a cost beyond all others"},
 }  # fmt: skip
 
 
