@@ -74,35 +74,37 @@ def _observed(
     """
     from scipy.sparse import csr_array, diags_array
 
-    (T, N), n = y.shape, int(left[-1]) + 4
-    places = (left[:, None] + np.arange(4)).ravel()
-    splines = csr_array((basis.T.ravel(), places, np.arange(0, 4 * T + 1, 4)), shape=(T, n))
-    precisions, pull = [], np.empty((n, N))
-    for i in range(N):
-        rows = np.flatnonzero(np.isfinite(noise[:, i]))
-        weight = 1 / np.sqrt(noise[rows, i])
-        # Rows that are independent of each other: each less what of its error the one before already had.
-        kept = np.append(0.0, _kept(rows, time_s, left, error_s))[: len(rows)]
-        own = weight / np.sqrt(1 - kept**2)
-        others = own[1:] / weight[1:] * kept[1:] * weight[:-1]
-        apart = diags_array(own) - diags_array(others, offsets=-1)
-        observed = apart @ splines[rows]
-        precisions.append((observed.T @ observed).tocoo())
-        pull[:, i] = observed.T @ (apart @ y[rows, i])
-    band = max(3, *(int((each.row - each.col).max(initial=0)) for each in precisions))
-    precision = np.zeros((band + 1, n, N))
-    for i, each in enumerate(precisions):
-        below = each.row >= each.col
-        precision[(each.row - each.col)[below], each.col[below], i] = each.data[below]
-    return precision, pull
+    N, n = y.shape[1], int(left[-1]) + 4
+    series, rows = np.nonzero(np.isfinite(noise).T)  # one behind the other: one product does for all
+    weight = 1 / np.sqrt(noise[rows, series])
+    # Rows that are independent of each other: each less what of its error the one before already had.
+    kept = np.append(0.0, _kept(series, rows, time_s, left, error_s))[: len(rows)]
+    own = weight / np.sqrt(1 - kept**2)
+    others = own[1:] / weight[1:] * kept[1:] * weight[:-1]
+    apart = diags_array(own) - diags_array(others, offsets=-1)
+    knots = (series * n + left[rows])[:, None] + np.arange(4)
+    splines = csr_array(
+        (basis.T[rows].ravel(), knots.ravel(), np.arange(0, knots.size + 1, 4)), shape=(len(rows), N * n)
+    )
+    observed = apart @ splines
+    products = (observed.T @ observed).tocoo()
+    below = products.row >= products.col
+    values, column = products.data[below], products.col[below]
+    offset = products.row[below] - column
+    precision = np.zeros((max(3, int(offset.max(initial=0))) + 1, n, N))
+    precision[offset, column % n, column // n] = values
+    pull = observed.T @ (apart @ y[rows, series])
+    return precision, pull.reshape(N, n).T
 
 
-def _kept(rows: np.ndarray, time_s: np.ndarray, left: np.ndarray, error_s: float) -> np.ndarray:
-    """(M - 1,) how much of its error each of the seen rows (M,) but the first shares with the one before: none behind a
-    longer gap, for there it costs too much to say."""
+def _kept(
+    series: np.ndarray, rows: np.ndarray, time_s: np.ndarray, left: np.ndarray, error_s: float
+) -> np.ndarray:
+    """(M - 1,) how much of its error each of the seen rows (M,) of series (M,) but the first shares with the one
+    before: none of another series, and none behind a longer gap, for there it costs too much to say."""
     if error_s == 0:
         return np.zeros(max(len(rows) - 1, 0))
-    apart_s = np.diff(time_s[rows])
+    apart_s = np.where(np.diff(series) == 0, np.diff(time_s[rows]), np.inf)
     neighbours = (np.diff(rows) == 1) & (np.diff(left[rows]) <= 2)
     return np.where(neighbours | (apart_s <= _GOES_ON_S), np.exp(-apart_s / error_s), 0.0)
 

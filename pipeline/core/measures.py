@@ -263,7 +263,7 @@ def nested(rows: Iterable[Row]) -> dict[str, Any]:
     """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
     numbered figures are lists, None for a repetition that has none."""
     result: dict[str, Any] = {}
-    lists: dict[tuple[tuple[str, ...], str], list[Measure]] = {}
+    lists: dict[tuple[tuple[str, ...], str], tuple[dict[str, Any], list[Measure]]] = {}
     for row in rows:
         place = result
         for name in row.group:
@@ -277,9 +277,13 @@ def nested(rows: Iterable[Row]) -> dict[str, Any]:
         elif row.number is None:
             stated = {} if row.error is None else {row.about.error_key: row.error}
             place |= {row.key: row.value, **stated, **row.judged}
+        elif (row.group, row.name) in lists:
+            lists[row.group, row.name][1].append(row)
         else:
-            lists.setdefault((row.group, row.name), []).append(row)
-            place |= _listed(lists[row.group, row.name])
+            lists[row.group, row.name] = place, [row]
+            place |= _listed([row])  # the order of keys is that of the rows
+    for place, repeated in lists.values():
+        place |= _listed(repeated)
     return result
 
 

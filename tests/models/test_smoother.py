@@ -281,6 +281,16 @@ def test_a_long_take_is_solved_in_parts_that_nobody_sees(monkeypatch):
         np.testing.assert_allclose(parts.variance[i], whole.variance[i], rtol=0.02)
 
 
+def test_a_joint_may_be_hidden_for_longer_than_what_is_solved_at_a_time(monkeypatch):
+    monkeypatch.setattr("pcnet3d.models.smoother._ROWS", 200)
+    time_s = times(60)
+    path = wave(time_s, 0.7)[0].repeat(2, axis=1)
+    path[300:1500, 0] = np.nan
+    motion = known_noise(path, time_s, same(time_s, 0.03, 2))
+    assert np.isfinite(motion.values).all()
+    assert motion.variance[0, 900, 0].min() > 100 * motion.variance[0, 900, 1].max()
+
+
 def test_memory_of_unstated_errors_grows_with_the_length_not_its_square():
     def peak_bytes(rows):
         path = np.random.default_rng(0).normal(size=(rows, 1, 3)).cumsum(axis=0)
