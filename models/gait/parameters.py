@@ -57,13 +57,13 @@ def length_values(
         return stands[side].get(start_s, np.full(3, np.nan))
 
     for walk in gait.walks:
-        for step in walk:
-            before, after = at(OTHER[step.side], step.start_s), at(step.side, step.stop_s)
-            moved, ahead = _between(root, time_s, walk, before, after, seams)
+        ends = [(at(OTHER[step.side], step.start_s), at(step.side, step.stop_s)) for step in walk]
+        for step, (moved, ahead) in zip(walk, _ways(root, time_s, walk, ends, seams), strict=True):
             values["step_length"][step.side].append(float(moved @ ahead))
-        for s in strides([walk], gait.feet):
-            before, after = at(s.side, s.start_s), at(s.side, s.stop_s)
-            moved, ahead = _between(root, time_s, walk, before, after, seams)
+        of_walk = strides([walk], gait.feet)
+        ends = [(at(s.side, s.start_s), at(s.side, s.stop_s)) for s in of_walk]
+        ways = _ways(root, time_s, walk, ends, seams)
+        for s, (before, after), (moved, ahead) in zip(of_walk, ends, ways, strict=True):
             aside = (at(OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
             values["stride_length"][s.side].append(float(moved @ ahead))
             values["step_width"][s.side].append(abs(float(aside)))
@@ -73,27 +73,29 @@ def length_values(
     }
 
 
-def _between(
+def _ways(
     root: np.ndarray,
     time_s: np.ndarray,
     walk: Sequence[Step],
-    before: np.ndarray,
-    after: np.ndarray,
+    ends: Sequence[tuple[np.ndarray, np.ndarray]],
     seams: Sequence[int],
-) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) from one place (x, y, time) to another, and (2,) the direction in which the pelvis goes midway, by a
-    parabola through its path of three strides about that, as far as the walk goes: a bend is followed, swaying and the
-    path's noise are not."""
-    middle, reach = (before[2] + after[2]) / 2, 3 * (walk[-1].stop_s - walk[0].start_s) / len(walk)
-    if not np.isfinite(middle):
-        return np.full(2, np.nan), np.full(2, np.nan)
-    span = max(middle - reach, walk[0].start_s), min(middle + reach, max(walk[-1].stop_s, after[2]))
-    at_s = np.linspace(*span, _WAY_SAMPLES)
-    path = resample(root, time_s, at_s, seams)
-    visible = np.isfinite(path).all(axis=1)
-    if visible.sum() < _WAY_SAMPLES / 2:
-        return np.full(2, np.nan), np.full(2, np.nan)
-    return (after - before)[:2], unit(np.polyfit(at_s[visible] - middle, path[visible], 2)[1])
+) -> np.ndarray:
+    """(N, 2, 2) of N pairs of places (x, y, time) in a walk: from one to the other, and the direction in which the
+    pelvis goes midway, by a parabola through its path of three strides about that, as far as the walk goes: a bend is
+    followed, swaying and the path's noise are not."""
+    before, after = np.moveaxis(np.reshape(ends, (-1, 2, 3)), 1, 0)
+    middle, reach = (before[:, 2] + after[:, 2]) / 2, 3 * (walk[-1].stop_s - walk[0].start_s) / len(walk)
+    first = np.maximum(middle - reach, walk[0].start_s)
+    last = np.minimum(middle + reach, np.maximum(walk[-1].stop_s, after[:, 2]))
+    at_s = np.linspace(first, last, _WAY_SAMPLES, axis=1)
+    ways, known = np.full((len(at_s), 2, 2), np.nan), np.flatnonzero(np.isfinite(middle))
+    paths = resample(root, time_s, at_s[known].ravel(), seams).reshape(-1, _WAY_SAMPLES, 2)
+    for i, path in zip(known, paths, strict=True):
+        visible = np.isfinite(path).all(axis=1)
+        if visible.sum() >= _WAY_SAMPLES / 2:
+            ahead = np.polyfit(at_s[i, visible] - middle[i], path[visible], 2)[1]
+            ways[i] = (after - before)[i, :2], unit(ahead)
+    return ways
 
 
 def over_belt(
@@ -134,11 +136,11 @@ def belt_drift(
     velocities = []  # of a foot that lies flat, and under the body
     for side, of_side in feet.items():
         paths = np.hstack([root + ankles[side], ankles[side]])
-        for stance in of_side:
-            at_s = stance.start_s + np.array(_FLAT) * (stance.stop_s - stance.start_s)
-            if np.isfinite(at_s).all():
-                first, last = resample(paths, time_s, at_s, seams)
-                velocities.append((last - first) / (at_s[1] - at_s[0]))
+        spans = np.reshape([(stance.start_s, stance.stop_s) for stance in of_side], (-1, 2))
+        at_s = spans[:, :1] + np.array(_FLAT) * (spans[:, 1:] - spans[:, :1])
+        at_s = at_s[np.isfinite(at_s).all(axis=1)]
+        samples = resample(paths, time_s, at_s.ravel(), seams).reshape(-1, 2, 4)
+        velocities += [*(samples[:, 1] - samples[:, 0]) / np.diff(at_s)]
     drifts, backs = np.split(np.reshape(velocities, (-1, 4)), 2, axis=1)
     drifts, backs = (each[np.isfinite(drifts).all(axis=1)] for each in (drifts, backs))
     along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)
