@@ -72,7 +72,7 @@ def _observed(
 
     left: (T,) the first knot of each row; basis: (4, T) its four splines. noise: as that of `solved`.
     """
-    from scipy.sparse import csr_array, diags_array
+    from scipy.sparse import coo_array, csr_array, diags_array
 
     N, n = y.shape[1], int(left[-1]) + 4
     series, rows = np.nonzero(np.isfinite(noise).T)  # one behind the other: one product does for all
@@ -87,7 +87,7 @@ def _observed(
         (basis.T[rows].ravel(), knots.ravel(), np.arange(0, knots.size + 1, 4)), shape=(len(rows), N * n)
     )
     observed = apart @ splines
-    products = (observed.T @ observed).tocoo()
+    products = coo_array(observed.T @ observed)
     below = products.row >= products.col
     values, column = products.data[below], products.col[below]
     offset = products.row[below] - column
