@@ -41,11 +41,13 @@ from ..pipeline.signals.filters import (
     lowpass,
     rate,
 )
-from ..pipeline.signals.norms import FINE, MISSING, UNCERTAIN
 
 Filter = Literal["butterworth", "none"]
 Smoother = Literal["auto", "butterworth", "none"]
 
+# Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
+# joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
+FINE, MISSING, UNCERTAIN = range(3)
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 # Of a column whose name ends so; {} is the unit of length.

@@ -30,11 +30,10 @@ class Residuals:
     """How far poses are off their keypoints, in the rows of the poses. NaN where a joint has no visible keypoint, where
     the pose lacks it, and where the body has too few joints to be placed.
 
-    px: (T, 17, 2) of H36M17, from the keypoint to the joint's image, pixels of an ideal lens, x right and y down.
-    statures: (T, 17, 2) the same at the joint's distance from the camera, in shares of the person's stature.
+    statures: (T, 17, 2) of H36M17, from the keypoint to the joint's image, x right and y down, at the joint's distance
+    from the camera, in shares of the person's stature.
     """
 
-    px: np.ndarray
     statures: np.ndarray
 
     def whole(self) -> np.ndarray:
@@ -45,10 +44,6 @@ class Residuals:
         """(T,) root mean square of the two outer joints of one of LIMBS, each less that of the joint nearer the trunk:
         how far its bones are off, wherever the body is. In statures; NaN where a bone is not known."""
         return _limb(self.statures, limb)
-
-    def limb_px(self, limb: str) -> np.ndarray:
-        """The same in pixels."""
-        return _limb(self.px, limb)
 
 
 @lru_cache(maxsize=1)  # several stages ask about the same take
@@ -66,16 +61,15 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     stature = implied_stature(joints)
     joints = joints / stature if stature > 0 else np.full_like(joints, np.nan)
     use = H36M17.indices(JOINTS)
-    px, statures = np.empty_like(rays), np.empty_like(rays)
+    statures = np.empty_like(rays)
     for rows in blocks(len(joints)):
         place, _ = placed(
             rays[rows, use].astype(np.float64), joints[rows, use].astype(np.float64), trust[rows, use]
         )
         before = joints[rows] + place[:, None]
         depth = np.where(before[..., 2:] > NEAREST, before[..., 2:], np.nan)
-        off = before[..., :2] / depth - rays[rows]
-        px[rows], statures[rows] = off * camera.focal_px, off * depth
-    return Residuals(px, statures)
+        statures[rows] = (before[..., :2] / depth - rays[rows]) * depth
+    return Residuals(statures)
 
 
 def residuals_of(take: Take) -> Residuals | None:

@@ -28,7 +28,6 @@ UNITS = {
     "degps": Unit("_degps", "deg/s", "°/s"),
     "s": Unit("_s", "s", "s"),
     "cm": Unit("_cm", "cm", "cm"),
-    "px": Unit("_px", "px", "px"),
     "percent": Unit("_percent", "%", "%"),
     "spm": Unit("_spm", "1/min", "steps/min"),
     "length": Unit("", "{}", "{}"),
@@ -105,7 +104,6 @@ GROUPS = {
     "arm_raises": Group("arm raises", "of each arm, by shoulder elevation; a punch upwards is one too", True),
     "repetitions": Group("repetitions", "of the angle that `--set measures.repeat=ANGLE` names", True),
     "jumps": Group("jumps", "flights of the whole body", True),
-    "paths": Group("paths", "of wrists and ankles from the pelvis, and of the pelvis (`root`) where it is known"),
     "off_keypoints": Group("limbs against their keypoints", "how far a limb is from its keypoints in the image"),
 }  # fmt: skip
 
@@ -128,7 +126,6 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
         ("left", "left", "deg", "files", "angle", "The left side's range."),
         ("symmetry_index", "right minus left", "percent", "page", "sides",
          "Right minus left, divided by their mean: 0 % when equal, positive when the right is larger."),
-        ("formula", "formula", "text", "files", "", "How right and left are compared."),
     ],
     "walking": [
         ("steps", "steps", "", "first", "",
@@ -181,7 +178,6 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
          "`walking`, `running`, or `walking or running` where it is not known whether both feet were in the air."),
         ("belt", "belt", "text", "page", "", "How the speed of the treadmill is known."),
         ("not_visible", "not visible", "text", "page", "", "Which end of a walk was not visible."),
-        ("counted", "counted", "text", "files", "", "Steps, initial contacts and walks in words."),
         ("landings", "initial contacts", "moments", "files", "", "When the foot first touches the floor."),
         ("toe_offs", "toe-offs", "moments", "files", "", "When the foot leaves the floor (Perry & Burnfield 2010)."),
         ("stride_start", "strides begin", "moments", "files", "", "When each stride begins: initial contact."),
@@ -218,21 +214,6 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
          "How long the feet are on the floor before a jump that follows another within a second."),
         ("take_off_feet", "feet at take-off", "", "page", "", "On how many feet the person takes off."),
         ("landing_feet", "feet at landing", "", "page", "", "On how many feet the person lands."),
-    ],
-    "paths": [
-        ("path_length", "path length", "length", "files", "unknown",
-         "Total distance moved; fast movements read too short."),
-        ("mean_speed", "mean speed", "speed", "files", "unknown", "Path length divided by time."),
-    ],
-    "off_keypoints": [
-        ("median_in_image", "distance, median", "px", "files", "unknown",
-         "Distance of the projected bones from those of the keypoints: the median of the frames."),
-        ("p95_in_image", "distance, 95th percentile", "px", "files", "unknown",
-         "The same: more in one frame of twenty."),
-        ("median_of_stature", "distance, median, of the height in the image", "percent", "files", "unknown",
-         "The median in per cent of the body's height in the image."),
-        ("p95_of_stature", "distance, 95th percentile, of the height in the image", "percent", "files", "unknown",
-         "The 95th percentile in per cent of the body's height in the image."),
     ],
 }  # fmt: skip
 # Quantities of which files have the mean and the standard deviation, and those of which right and left are compared.
@@ -289,7 +270,6 @@ WITHHELD = {
     "few-strides": "too few strides",
     "few-values": "too few values",
     "frames-missing": "frames without a value may show more",
-    "no-paths": "the stage trajectories has not run",
     "not-levelled": "the take is not levelled",
     "place-unknown": "where the person is in the room is not known",
     "range-too-small": "both ranges are too small",

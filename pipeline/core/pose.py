@@ -16,7 +16,7 @@ from .blocks import blocks
 from .errors import InputError
 from .frames import BODY, CAMERA, LEVEL, Frame, require
 from .layouts import H36M17, Layout
-from .messages import bound_in_words, how_many, in_one_line, rate_in_words
+from .messages import how_many, in_one_line, rate_in_words
 from .notices import Notice
 from .path import RootPath, check_shape, moved_covariance, owned
 from .rotations import rotate, transpose
@@ -388,19 +388,7 @@ class Rectified:
             object.__setattr__(self, name, array)
 
     def __repr__(self) -> str:
-        return f"<Rectified: {self.level.in_words}; {self.in_words}>"
-
-    @property
-    def in_words(self) -> str:
-        """Whether levelled, up and its error, in a line."""
-        if not self.level_ok:
-            return f"not levelled: {self.level_reason}"
-        bound = float(np.nanmax(self.up_bound_deg, initial=-1))
-        error = f"within {bound_in_words(bound)} degrees (90 %)" if bound >= 0 else "of unknown error"
-        if self.R_source_from_level.ndim == 3:
-            return f"levelled, up of each frame {error}"
-        up = ", ".join(f"{x:.2f}" for x in self.R_source_from_level[:, 2] + 0.0)
-        return f"levelled, up ({up}) in {self.source.name} {error}"
+        return f"<Rectified: {self.level.in_words}; {'' if self.level_ok else 'not '}levelled>"
 
     @property
     def body(self) -> PoseSequence:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
@@ -213,14 +213,9 @@ class Take:
     told: Told = SILENT
 
     def __repr__(self) -> str:
-        rows = self.rows
-        parts = [
-            "" if self.video is None else f"video {self.video.path.name}",
-            "no poses yet" if rows is None else rows.in_words,
-            "" if self.rectified is None else self.rectified.in_words,
-            "" if self.verdict is None else f"the poses are {self.verdict}",
-        ]
-        return in_one_line(f"<Take {self.name}: {'; '.join(filter(None, parts))}>")
+        filled = [each.name for each in fields(self) if getattr(self, each.name) not in (None, ())]
+        words = "no poses yet" if self.rows is None else self.rows.in_words
+        return in_one_line(f"<Take {self.name}: {words}; has {', '.join(filled)}>")
 
     @property
     def title(self) -> str:

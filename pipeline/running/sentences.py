@@ -125,7 +125,9 @@ def _movements(measures: Measures, metric: bool) -> Iterator[_Movement]:
     yield from _walked(measures.group("walking"), metric)
     yield from _bent(measures.group("knee_bends"))
     yield from _raised(measures.group("arm_raises"))
-    yield from _jumped(measures.group("jumps"))
+    jumps = measures.group("jumps")
+    if count := jumps.figure("count"):
+        yield _counted(count, _many(count, "jump"), [jumps], "height_by_flight_time")
 
 
 def _walked(walking: Measures, metric: bool) -> Iterator[_Movement]:
@@ -189,11 +191,6 @@ def _held(of: Measures, what: str) -> Iterator[_Movement]:
         more = " or more" * longest.at_least
         sentence = f"{what}{often} for {longest.value:.1f} s{more}{most}."
         yield _Movement(count, sentence, sentence)
-
-
-def _jumped(jumps: Measures) -> Iterator[_Movement]:
-    if count := jumps.figure("count"):
-        yield _counted(count, _many(count, "jump"), [jumps], "height_by_flight_time")
 
 
 def _counted(
@@ -380,13 +377,10 @@ def camera_words(take: Take) -> str:
         return motion
     up = rotate(take.need("poses").frame.basis.T, rectified.R_source_from_level[None, :, 2])
     known = up_bound(rectified)
-    bound = bound_in_words(known[1]) if known else ""
+    bound = f" ± {bound_in_words(known[1])}" if known else ""
     digits = 1 if "." in bound else 0
-    pitch, roll = tilts = [round(float(of), digits) for of in pitch_roll_deg(up[0])]
-    within = f" ± {bound} degrees" if bound else ""
-    by_pitch, by_roll = (
-        f"by {of:.{digits}f}{within or ' degree' + 's' * (of != 1)}" for of in map(abs, tilts)
+    pitch, roll = (f"{float(of):z.{digits}f}{bound}°" for of in pitch_roll_deg(up[0]))
+    return (
+        f"{motion}; pitch {pitch} (positive: it looks down), roll {roll} (positive: its image is turned "
+        "counter-clockwise)"
     )
-    looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else f"level{within}"
-    turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else f"upright{within}"
-    return f"{motion}; it looks {looks} (pitch), and its image is {turned} (roll)"

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from jinja2 import Environment, FileSystemLoader
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 # Even if a text of a stranger's file came through unescaped, a browser would load and run nothing.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
@@ -23,6 +23,7 @@ _PAPER = """@media print {{ @page {{
   @bottom-left {{ content: "{title}"; font: 7.5pt sans-serif; color: #5b6470 }}
   @bottom-right {{ content: counter(page) " / " counter(pages); font: 7.5pt sans-serif; color: #5b6470 }} }} }}
 """
+_OPTION = re.compile(r"(?<![\w-])--\w[\w-]*")
 _NARROW = 4  # columns that a telephone is wide enough for
 _SCRIPTS = {
     '<details class="part"': "fold.js",
@@ -35,8 +36,18 @@ _SCRIPTS = {
 @cache
 def kit(name: str = "page.html.j2") -> Any:
     """The macros of a template beside this module; whatever they are given that is not markup yet is escaped."""
-    folder = FileSystemLoader(Path(__file__).parent)
-    return Environment(loader=folder, autoescape=True).get_template(name).module
+    templates = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
+    templates.filters["unbroken"] = unbroken
+    return templates.get_template(name).module
+
+
+def unbroken(words: str) -> Markup:
+    """Words, escaped unless they are markup already, in which no line ends inside an option such as --set."""
+    return (
+        words
+        if isinstance(words, Markup)
+        else Markup(_OPTION.sub(r'<span class="option">\g<0></span>', str(escape(words))))
+    )
 
 
 def _text(name: str) -> str:

@@ -14,10 +14,10 @@ from .charts import MIDDLE
 from .page import kit
 
 
-def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = None) -> list[int]:
+def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
     take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown. joints: (T, J, 3)
-    in BODY, any unit. doubts: (T,) of each row; of a part only the quarter with the fewest is looked at."""
+    in BODY, any unit."""
     visible = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(visible):
         return []
@@ -26,8 +26,6 @@ def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = Non
     usual = np.nanmedian(joints[visible], axis=0)
     rows = []
     for part in np.array_split(visible, min(count, len(visible))):
-        if doubts is not None:
-            part = part[doubts[part] <= np.quantile(doubts[part], 0.25)]
         off = np.nanmean(np.linalg.norm(joints[part] - usual, axis=-1), axis=-1)
         rows.append(int(part[np.argsort(off)[int(0.9 * (len(part) - 1))]]))
     return rows

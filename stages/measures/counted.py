@@ -19,17 +19,19 @@ from .figures import (
     moments,
     observable,
     spread,
-    time_resolution,
     unknown_deg,
     unstated_deg,
     with_error,
 )
-from .movements import Counted, squats
+from .movements import SQUAT, Counted
 from .repetitions import Repetition, near_ends_s
 
 # Standard deviation of one lifted duration, however steeply the angle rises and returns: a few degrees decide whether a
 # swing before a raise belongs to it. Of 208 raises of validation people two in three are off by less.
 _EACH_S = 0.15
+_FRAME = np.sqrt(
+    2 / 12
+)  # of a frame: standard deviation of a duration that two frames bound (uniform errors)
 
 
 def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
@@ -86,8 +88,7 @@ def _figures(motion: Motion, counted: Counted) -> list[Row]:
     ends_s = float(
         np.mean([near_ends_s(driver, motion.times, repetition, height_sd) for repetition in whole])
     )
-    each_s = time_resolution(rate(motion.times))
-    each_s = float(np.hypot(each_s, _EACH_S)) if np.isfinite(usual) else each_s
+    each_s = float(np.hypot(_FRAME / rate(motion.times), _EACH_S * np.isfinite(usual)))
     durations_s = np.array([repetition.stop_s - repetition.start_s for repetition in whole])
     return [
         *result,
@@ -110,10 +111,12 @@ def _peaks(motion: Motion, angle: str, events: Sequence[Repetition], sd: np.ndar
 
 
 def _squats(motion: Motion, counted: Counted) -> Measure:
-    rows = np.searchsorted(motion.times, [bend.peak_s for bend in counted.events])
-    sd = counted.sd[rows]
-    sure, more = squats(counted, SD_90 * np.where(np.isfinite(sd), sd, unstated_deg(motion)))
-    return Measure("squats", sure, at_least=more)
+    """How many knee bends surely reach SQUAT, and whether there may be more."""
+    peaks = np.array([bend.peak for bend in counted.events])
+    sd = counted.sd[np.searchsorted(motion.times, [bend.peak_s for bend in counted.events])]
+    bars = SD_90 * np.where(np.isfinite(sd), sd, unstated_deg(motion))
+    sure, may = (int((peaks + sign * bars >= SQUAT).sum()) for sign in (-1, 1))
+    return Measure("squats", sure, at_least=counted.at_least or may > sure or bool(np.isnan(peaks).any()))
 
 
 def _holds(held: Sequence[Repetition]) -> list[Row]:

@@ -20,23 +20,20 @@ def mean_curve(
 ) -> list[Curve]:
     """Mean and, of six or more, standard deviation of an angle x (T,) over spans (N, 2) in seconds; empty when none is
     whole."""
-    curves = alike(normalised(unwrapped(x), time_s, spans, seams), ALL_ANGLES[angle].centre_deg)
+    curves = normalised(unwrapped(x), time_s, spans, seams)
     if not len(curves):
         return []
+    begins = curves[
+        :, :1
+    ]  # of the first within half a turn of the angle's middle, of others of where that begins
+    curves = curves + near(begins, near(begins[:1], ALL_ANGLES[angle].centre_deg)) - begins
     sd = tuple(curves.std(axis=0, ddof=1).tolist()) if len(curves) >= FEWEST_FOR_SD else None
     return [Curve(angle, len(curves), tuple(curves.mean(axis=0).tolist()), sd, side_of(angle))]
 
 
 def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
     """(N, 101) x (T,) over each of the spans (N, 2), from 0 to 100 % of its duration; spans in which any of x is
-    missing are left out. An angle goes through `unwrapped` before and `alike` afterwards."""
+    missing are left out. An angle goes through `unwrapped` before."""
     at_s = np.linspace(spans[:, 0], spans[:, 1], POINTS, axis=-1)
     curves = resample(x, time_s, at_s.ravel(), seams).reshape(-1, POINTS)
     return curves[np.isfinite(curves).all(axis=1)]
-
-
-def alike(curves_deg: np.ndarray, centre_deg: float) -> np.ndarray:
-    """Curves (N, K) of an angle, each moved by whole turns: the first begins within 180 degrees of centre_deg, the
-    others within 180 degrees of where it begins."""
-    begins = curves_deg[:, :1]
-    return curves_deg + near(begins, near(begins[:1], centre_deg)) - begins

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,15 +20,6 @@ _SAYS_NOTHING = 200 / 3
 # Standard deviation of an angle by a lifter whose errors were not measured: that of the built-in one, median of lifted
 # validation takes (knees 8.4, arms 6.3, elbows 10).
 _UNSTATED_DEG = 8.0
-_FRAME = float(
-    np.sqrt(2 / 12)
-)  # of a frame: standard deviation of a duration between two frames (uniform errors)
-
-
-def time_resolution(fps: float) -> float:
-    """Seconds: the standard deviation of one duration that frames bound, each of which is off by half of one at
-    most."""
-    return _FRAME / fps
 
 
 def unstated_deg(motion: Motion) -> float:
@@ -80,8 +72,7 @@ def spread(
     own_sd = np.fmax(sd, resolution) / np.sqrt(len(values))
     has_error = np.isfinite(sd) or shared
     error = float(np.hypot(own_sd, shared) if has_error else 0.0) or float("nan")  # no error is known to be 0
-    mean = Measure(f"mean_{name}", float(values.mean()), stated(error))
-    return [mean, *deviation(name, values, resolution)]
+    return [with_error(f"mean_{name}", values.mean(), error), *deviation(name, values, resolution)]
 
 
 def deviation(name: str, values: np.ndarray, resolution: float) -> list[Measure | Remark]:
@@ -95,34 +86,23 @@ def deviation(name: str, values: np.ndarray, resolution: float) -> list[Measure 
 
 def with_error(name: str, value: float, error: float) -> Measure:
     """A figure and its standard error, which is left out where it is not known."""
-    return Measure(name, float(value), stated(error))
-
-
-def stated(error: float) -> float | None:
-    """An error, None for one that is not known."""
-    return float(error) if np.isfinite(error) else None
-
-
-def symmetry_index(right: float, left: float) -> float:
-    """100 (right - left) / ((right + left) / 2) in per cent: 0 when equal, positive when the right is larger.
-
-    Robinson, Herzog & Nigg, J Manipulative Physiol Ther 10(4), 1987.
-    """
-    return 100 * (right - left) / ((right + left) / 2) if right + left > 0 else float("nan")
+    return Measure(name, float(value), float(error) if np.isfinite(error) else None)
 
 
 def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure | Remark]:
-    """Symmetry index of two figures. error: of right less left, in their unit, NaN where unknown; what both share
-    changes an index little; with one that is too large the index is withheld. of: what the name begins with, of
-    steps."""
-    index = symmetry_index(right, left)
-    if not np.isfinite(index):
+    """Symmetry index of two figures, 100 (right - left) / ((right + left) / 2): 0 when equal, positive when the right
+    is larger (Robinson, Herzog & Nigg, J Manipulative Physiol Ther 10(4), 1987); none of two that are 0 or not known.
+
+    error: of right less left, in their unit, NaN where unknown; what both share changes an index little; with one that
+    is too large the index is withheld. of: what the name begins with, of steps."""
+    if not right + left > 0:
         return []
+    index = 200 * (right - left) / (right + left)
     error = 200 * error / (right + left)
     if SD_90 * error > _SAYS_NOTHING:
         return [withheld("error-too-large", f"{of}symmetry_index")]
     inside = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
-    return [Measure(f"{of}symmetry_index", float(index), stated(error), within_error=inside)]
+    return [replace(with_error(f"{of}symmetry_index", index, error), within_error=inside)]
 
 
 def moments(name: str, values: Iterable[float]) -> Moments:

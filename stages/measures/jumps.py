@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import groupby, pairwise
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
@@ -27,30 +27,19 @@ _LEAVES = 1.2  # statures a second, of feet that leave the floor or meet it: 2 m
 _LEGS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("knee", "ankle"))
 
 
-@dataclass(frozen=True)
-class _Errors:
-    """Standard deviations: of a time in the air or on the floor, in seconds; of a rise, in statures."""
-
-    time_s: float
-    rise: float
-
-    def height_m(self, time_s: float) -> float:
-        """Of a height by so long a flight."""
-        return GRAVITY / 4 * time_s * self.time_s
-
-
-def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
-    """What holds for nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
+def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> tuple[float, float]:
+    """Standard deviations of a time in the air or on the floor, in seconds, and of a rise, in statures: what holds for
+    nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
     true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
     and wild, where the error of up (up_deg) counts, and by how much a camera shakes, at either end of a rise. NaN for a
     lifter whose errors were not measured, and where the camera may move: then it would move what falls."""
     if not airborne.lifted:
-        return _Errors(0.026, 0.013)
+        return 0.026, 0.013
     if not (airborne.judged and np.isfinite(airborne.shake)):
-        return _Errors(np.nan, np.nan)
+        return np.nan, np.nan
     shakes = np.sqrt(2) * airborne.shake
     rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg, shakes])
-    return _Errors(float(np.linalg.norm([0.026, 0.003 * up_deg, shakes / _LEAVES])), float(rise))
+    return float(np.linalg.norm([0.026, 0.003 * up_deg, shakes / _LEAVES])), float(rise)
 
 
 def jumping(motion: Motion, airborne: Airborne, gait: Gait) -> list[Flight]:
@@ -106,41 +95,26 @@ def jumps(motion: Motion, airborne: Airborne, jumped: Sequence[Flight]) -> list[
     judged = observable(motion.has(_LEGS) & (False if airborne.observable is None else airborne.observable))
     if not jumped:
         return [judged]
-    rectified = motion.rectified
-    stature = float(implied_stature(rectified.level.joints))
-    up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
-    errors = [_errors(airborne, flight, up_deg) for flight in jumped]
-    each = list(enumerate(zip(jumped, errors, strict=True)))
-
-    def times(flight: Flight) -> float:
-        return flight.land_s - flight.off_s
-
-    heights = [
-        (i, GRAVITY / 8 * times(flight) ** 2, error.height_m(times(flight))) for i, (flight, error) in each
-    ]
-    return [
+    stature = float(implied_stature(motion.rectified.level.joints))
+    up_deg = float(np.nanmedian(motion.rectified.up_error_deg)) if airborne.lifted else 0.0
+    rows: list[Row] = [
         judged,
         Measure("count", len(jumped), at_least=airborne.cut),
         moments("start", (flight.off_s for flight in jumped)),
-        *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(jumped)),
-        *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(jumped)),
-        *_numbered("flight_time", ((i, times(flight), error.time_s) for i, (flight, error) in each)),
-        *_numbered("height_by_flight_time", ((i, _CM * high, _CM * error) for i, high, error in heights)),
-        *_numbered(
-            "jump_height",
-            ((i, flight.rise * stature, error.rise * stature) for i, (flight, error) in each),
-        ),
-        *_numbered("contact_time", _contacts(jumped, errors)),
     ]
-
-
-def _contacts(jumped: Sequence[Flight], errors: Sequence[_Errors]) -> Iterator[tuple[int, float, float]]:
-    """(number of the jump, seconds on the floor before it, error) of rebounds."""
-    for i, (before, flight) in enumerate(pairwise(jumped), 1):
-        contact_s = flight.off_s - before.land_s
-        if 0 < contact_s < _REBOUND_S:
-            yield i, contact_s, errors[i].time_s
-
-
-def _numbered(name: str, each: Iterable[tuple[int, float, float]]) -> list[Measure]:
-    return [replace(with_error(name, value, error), number=i) for i, value, error in each]
+    for i, flight in enumerate(jumped):
+        (sd_s, rise_sd), time_s = _errors(airborne, flight, up_deg), flight.land_s - flight.off_s
+        floor_s = flight.off_s - jumped[i - 1].land_s if i else np.inf
+        figures = {
+            "flight_time": (time_s, sd_s),
+            "height_by_flight_time": (_CM * GRAVITY / 8 * time_s**2, _CM * GRAVITY / 4 * time_s * sd_s),
+            "jump_height": (flight.rise * stature, rise_sd * stature),
+        }
+        if 0 < floor_s < _REBOUND_S:
+            figures["contact_time"] = floor_s, sd_s
+        rows += [
+            Measure("take_off_feet", flight.off_feet, number=i),
+            Measure("landing_feet", flight.land_feet, number=i),
+            *(replace(with_error(name, *figure), number=i) for name, figure in figures.items()),
+        ]
+    return rows

@@ -207,11 +207,3 @@ def _feet(motion: Motion) -> list[np.ndarray]:
         bent = np.cos(np.radians(motion.angle(f"{side}_knee_flexion")) / 2)
         feet.append((ankle + root)[:, :2] / known_median(np.linalg.norm(ankle, axis=1) / bent))
     return feet
-
-
-def squats(counted: Counted, errors: np.ndarray) -> tuple[int, bool]:
-    """How many knee bends surely reach SQUAT, and whether there may be more. errors: (N,) half of the 90 % bar of each
-    of the events."""
-    peaks = np.array([bend.peak for bend in counted.events])
-    sure, may = (int((peaks + sign * errors >= SQUAT).sum()) for sign in (-1, 1))
-    return sure, counted.at_least or may > sure or bool(np.isnan(peaks).any())

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...models.common.motion import Motion, agrees, contradicted, lasting, steady
 from ...models.common.residuals import LIMBS, Residuals, residuals_of
-from ...pipeline.core.measures import Measure, Row, side_of, within
+from ...pipeline.core.measures import Row, side_of, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.take import Take
@@ -16,27 +16,17 @@ from .figures import moments
 
 
 def off_keypoints(motion: Motion) -> list[Row]:
-    """The group `off_keypoints`: of each limb the median and the 95th percentile of its residual
-    (models/common/residuals.py), in pixels and in per cent of the stature, and from when to when it contradicts its
-    keypoints. Empty without keypoints beside poses in a camera's axes."""
+    """The group `off_keypoints`: from when to when a limb contradicts its keypoints. Empty without keypoints beside
+    poses in a camera's axes."""
     residuals = motion.residuals
     if residuals is None:
         return []
     rows: list[Row] = []
     against = contradicted(residuals, motion.times)
     for limb in LIMBS:
-        share, px = residuals.limb(limb), residuals.limb_px(limb)
-        has_value = np.isfinite(share)
-        if not has_value.any():
-            continue
-        limb_rows: list[Row] = [
-            Measure(f"{name}_{what}", float(np.percentile(values[has_value], percentile)))
-            for what, values in (("in_image", px), ("of_stature", 100 * share))
-            for name, percentile in (("median", 50), ("p95", 95))
-        ]
         if spans := _spans(against[limb], motion.times):
-            limb_rows += [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
-        rows += within(limb, limb_rows, side_of(limb))
+            ends = [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
+            rows += within(limb, ends, side_of(limb))
     return rows
 
 

@@ -11,7 +11,7 @@ from ...models.angle_error.repeatability import ends, known_median, same_shares
 from ...models.common.motion import Motion
 from ...models.common.residuals import limb_scores
 from ...models.gait.take_walks import SIDES
-from ...pipeline.core.measures import SD_90, Measure, Remark, Row, side_of, withheld, within
+from ...pipeline.core.measures import SD_90, Measure, Row, side_of, withheld, within
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES, EXCHANGED, MIDLINE, UNDEFINED, UNTRUSTED, continuous, of_both
 from ...pipeline.signals.filters import stretches
@@ -43,10 +43,6 @@ _DOUBTFUL = (
 )
 # What is compared, the limb that it is of, and how many of that limb's two outer joints it rests on.
 _PARTS = {"leg": ("leg", 2), "upper arm": ("arm", 1), "forearm": ("arm", 2)}
-_FORMULA = (
-    "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; positive when the "
-    "right is larger"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +162,7 @@ def symmetry_rows(motion: Motion, angles: Mapping[str, Range], why: Mapping[str,
     if motion.duration_s < _BRIEF_S:
         return [withheld("take-too-short")]
     pairs = dict.fromkeys(of_both(name) for name in angles if name not in MIDLINE)
-    rows = [row for name in pairs for row in within(name, _compared(motion, name, angles, why))]
-    return [Remark("formula", _FORMULA), *rows]
+    return [row for name in pairs for row in within(name, _compared(motion, name, angles, why))]
 
 
 def _compared(

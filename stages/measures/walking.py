@@ -28,7 +28,6 @@ from ...models.gait.parameters import length_values, over_belt
 from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Measure, Remark, Row, withheld, within
-from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import transpose
@@ -94,16 +93,11 @@ def _counted(walks: Sequence[Walk]) -> list[Row]:
     by_knees = steps - sum(len(walk.steps) for walk in walks)
     cut = [any(walk.cut[end] for walk in walks) for end in (0, 1)]
     lasts_s = sum(walk.every[-1].stop_s - walk.every[0].start_s for walk in walks)
-    many = f" in {len(walks)} walks" if len(walks) > 1 else ""
     return [
         Measure("walks", len(walks)),
         Measure("steps", steps, at_least=any(cut) or by_knees > 0),
         *([Measure("steps_by_knees", by_knees)] if by_knees else []),
         Measure("walked", lasts_s),
-        Remark(
-            "counted",
-            f"{how_many(steps, 'step')} between {how_many(steps + len(walks), 'initial contact')}{many}",
-        ),
         *([Remark("not_visible", " and ".join(["start"] * cut[0] + ["end"] * cut[1]))] if any(cut) else []),
     ]
 

@@ -9,15 +9,15 @@ from markupsafe import Markup
 
 from ...models.angle_error.repeatability import difference_chance, differing
 from ...pipeline.core.figures import COMPARED, FIGURES, WITHHELD, label_of
-from ...pipeline.core.measures import Measures, half_bar
+from ...pipeline.core.measures import Measures, with_bar
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.running.sentences import spread
-from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
+from ...pipeline.signals.angles import MIDLINE, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
-from ..drawing.charts import BAND, SIDES, SLICES, Curve, over_time, sides
+from ..drawing.charts import BAND, SIDES, Curve, over_time, sides
 from ..drawing.facts import angle_bands
-from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
+from ..drawing.page import Cell, Soft, beside, charts, figure, small, table
 
 
 def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
@@ -29,7 +29,7 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     rows: list[list[Cell]] = [
         [
             label_of(both),
-            *(_range(ranges_of.group(f"{side}_{both}"), bars) for side in "rl"),
+            *(range_words(ranges_of.group(f"{side}_{both}"), bars) for side in "rl"),
             _difference(symmetry.group(both), errors),
         ]
         for both in dict.fromkeys(of_both(name) for name in angles if name not in MIDLINE)
@@ -44,35 +44,28 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     doubtful = f"the difference lies within ±, {unknown}" if bars else unknown
     return (
         small(
-            f"From the 5th to the 95th percentile of all frames, in degrees. Difference: right minus left "
+            f"From the 5th to the 95th percentile of the frames, in degrees. Difference: right minus left "
             f"range, divided by their mean{mdc}. Grey: {doubtful}, or some values are beyond what a joint reaches."
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
-        + Markup("").join(map(small, _without_range(ranges_of)))
+        + Markup("").join(map(small, _withoutrange_words(ranges_of)))
     )  # fmt: skip
 
 
-def _range(of: Measures, bars: bool) -> Cell:
-    """bars: whether ranges of the take have errors; one that has none beside them says so."""
-    shown, low = range_words(of), of.figure("p05")
-    return (
-        Soft(f"{shown.words if isinstance(shown, Soft) else shown}, error not known")
-        if bars and low and low.bar is None
-        else shown
-    )
-
-
-def range_words(of: Measures) -> Cell:
-    """A range of motion with the wider 90 % bar of its ends, broken before ± at most, in grey where some values
-    are such as no joint reaches; None where unknown. of: an angle's figures in `range_of_motion`."""
+def range_words(of: Measures, bars: bool = False) -> Cell:
+    """A range of motion with the wider 90 % bar of its ends, broken before ± at most; None where unknown. In grey where
+    some values are such as no joint reaches, and where it has no error beside others that have one. of: an angle's
+    figures in `range_of_motion`; bars: whether others have errors."""
     low, high = (of.figure(name) for name in ("p05", "p95"))
     if low is None or high is None:
         return None
     words = spread([low, high], unit=False).replace(" ", "\u00a0").replace("\u00a0±", " ±")
+    if bars and low.bar is None:
+        return Soft(f"{words}, error not known")
     return Soft(words) if of.value("beyond_anatomy_frames") else words
 
 
-def _without_range(ranges_of: Measures) -> list[str]:
+def _withoutrange_words(ranges_of: Measures) -> list[str]:
     """Which angles have no range, and why. ranges_of: the group `range_of_motion`."""
     why = {name: reason for name, of in ranges_of.groups.items() if (reason := of.withheld())}
     angles: dict[str, list[str]] = {}
@@ -130,7 +123,7 @@ def angle_charts(take: Take) -> Markup:
     """HTML of every angle over time, both sides in one chart, with its band; empty where the take has none."""
     columns, times = take.kinematics or {}, take.need("poses").times
     if len(times) < 2:  # a chart of one value is empty
-        return angle_table(columns)
+        return _single_frame(columns)
     figures, bars = [], False
     for name in ALL_OF_BOTH:
         if (shown := angle_bands(take, name)) is None:
@@ -148,44 +141,14 @@ def angle_charts(take: Take) -> Markup:
         figures.append(figure([over_time(curves, times, f"{title} over time", about=about)], title))
     if not figures:
         return Markup("")
-    return (
-        small(f"{SIDES}{f' {BAND}' * bars} Where a curve breaks off there is no value.{_thinned(take)}")
-        + charts(figures)
-        + details("How well each angle is known, and where it is not", angle_table(columns))
-    )
+    return small(f"{SIDES}{f' {BAND}' * bars} Where a curve breaks off there is no value.") + charts(figures)
 
 
-def _thinned(take: Take) -> str:
-    if len(take.need("poses")) <= 2 * SLICES:
-        return ""
-    return (
-        f" The take is longer than the charts are wide: each of at most {SLICES} slices of time is filled "
-        "from its lowest to its highest value."
-    )
-
-
-def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
-    """In how many frames each angle is known and how well (medians), and why the others have none. columns: (T,) of the
-    take's kinematics."""
+def _single_frame(columns: Mapping[str, np.ndarray]) -> Markup:
+    """The angles of a take of one frame. columns: (1,) of its kinematics."""
     rows: list[list[Cell]] = []
-    used: set[int] = set()
     for name in ALL_ANGLES:
-        values = columns.get(f"{name}_deg")
-        if values is None:
-            continue
-        reason = columns.get(f"{name}_reason", np.where(np.isfinite(values), FINE, -1))
-        lost = {int(code): int((reason == code).sum()) for code in np.unique(reason) if code != FINE}
-        used |= lost.keys()
-        why = ", ".join(f"{code}: {count}" if code in REASONS else str(count) for code, count in lost.items())
-        fine = values[np.isfinite(values)]
-        error = columns.get(f"{name}_sd_deg", np.full(1, np.nan))
-        error = error[np.isfinite(error)]
-        share = f"{100 * len(fine) / len(values):.0f} %"
-        median = f"{np.median(fine):z.0f}" if len(fine) else None
-        bar = f"{half_bar(float(np.median(error))):.0f}" if len(error) else None
-        rows.append([label_of(name), share, median, bar, why or "–"])
-    if not rows:
-        return Markup("")
-    reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
-    head = ("angle", "frames with a value", "median (°)", "usual ± (°)", "frames without, by reason")
-    return table(head, rows) + (small(f"Reasons: {reasons}.") if reasons else "")
+        for value in columns.get(f"{name}_deg", np.empty(0)):
+            error = float(columns.get(f"{name}_sd_deg", np.full(1, np.nan))[0])
+            rows.append([label_of(name), with_bar(float(value), error) if np.isfinite(value) else None])
+    return table(("angle", "degrees"), rows)

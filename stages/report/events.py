@@ -39,12 +39,6 @@ def chosen_events(moments: Sequence[list[Event]], times: np.ndarray, most: int) 
     return [chosen[row] for row in sorted(chosen)]
 
 
-def event_beside(moments: Sequence[list[Event]], row: int) -> Event:
-    """Of `moments_of` a take that of this row or of one beside it, and one of no words where there is none."""
-    beside = [event for kind in moments for event in kind if abs(event.row - row) <= 1]
-    return min(beside, key=lambda event: abs(event.row - row), default=Event(row, ""))
-
-
 def moments_of(take: Take) -> list[list[Event]]:
     """Moments of each movement that the measures recognised, the first to be shown first: of repetitions the highest,
     as a page may have room for one; of initial contacts, which come last, those from the middle of the steps on,

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from markupsafe import Markup
 
-from ...models.angle_error.off_keypoints import agrees, steady
-from ...models.common.motion import in_doubt
-from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
+from ...models.common.residuals import unsure_joints
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
@@ -19,10 +15,9 @@ from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.image_lines import draw_bones
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
-from .events import Event, chosen_events, event_beside, moments_of
+from .events import Event, chosen_events, moments_of
 
 FRAMES = 6
-_WORST = 100  # doubts: any other frame is shown before one with limbs that may be exchanged
 _APART = 0.04  # of the take: closer to an event, another frame shows the same
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
@@ -38,38 +33,17 @@ def key_figures(take: Take) -> list[Markup]:
     rectification. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
-    joints, moments, doubts = body.without_feet.joints, moments_of(take), _doubts(take)
-    shown = {event.row: event for event in chosen_events(moments, body.times, FRAMES)}
-    # Rows of twelve parts of the take too, where one of six shows an event that is shown already.
-    for row in (row for parts in (FRAMES, 2 * FRAMES) for row in key_rows(joints, parts, doubts)):
-        event = event_beside(moments, row)
-        if len(shown) < FRAMES and _apart(body.times, event.row, shown):
-            shown[event.row] = event
+    shown = {event.row: event for event in chosen_events(moments_of(take), body.times, FRAMES)}
+    apart = _APART * (body.times[-1] - body.times[0])
+    for row in key_rows(body.without_feet.joints, FRAMES):
+        if len(shown) < FRAMES and all(abs(body.times[row] - body.times[other]) > apart for other in shown):
+            shown[row] = Event(row, "")
     images: dict[int, np.ndarray] = {}
     if take.told.images and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in shown])
     return [
         _key_figure(take, body, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)
     ]
-
-
-def _doubts(take: Take) -> np.ndarray:
-    """(T,) how many limbs contradict their keypoints or may be exchanged, and of how many joints the detector is
-    unsure: there the skeleton beside the image shows another posture."""
-    count = np.zeros(len(take.need("poses")))
-    if (residuals := residuals_of(take)) is not None:
-        most = agrees(residuals)
-        for limb in LIMBS:
-            count += steady(residuals.limb(limb)) > most
-    for exchanged in in_doubt(take).values():
-        count += _WORST * exchanged
-    for unsure in unsure_joints(take).values():
-        count += unsure
-    return count
-
-
-def _apart(times: np.ndarray, row: int, shown: Iterable[int]) -> bool:
-    return all(abs(times[row] - times[other]) > _APART * (times[-1] - times[0]) for other in shown)
 
 
 def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray | None) -> Markup:

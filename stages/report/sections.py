@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from urllib.parse import quote
 
 import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import REPORT, SUMMARY
 from ...pipeline.running.sentences import camera_motion, camera_words, length_of, up_rests_on, up_words
-from ..drawing.page import Cell, Link, box, bullets, details, small, table
+from ..drawing.page import box, bullets, joined, small, table
 from ..drawing.provenance import provenance
 
 _MOST = 40  # notices of one kind
 _HEADINGS = {
     "camera": "Front is towards the camera, and right is the camera's left.",
     "world": "Front and right are those of the file's world.",
-}
-_FILES = {
-    "measures.csv": "figures of movements and ranges of motion, for Excel or another spreadsheet",
-    "strides.csv": "strides and repetitions from 0 to 100 %: all angles with errors, and events",
-    "kinematics.csv": "angles, paths, speeds and accelerations of every frame, for Excel or another spreadsheet",
-    "kinematics.parquet": "angles, paths, speeds and accelerations of every frame, for Python, R or MATLAB",
-    "poses.npz": "joints of every frame before and after, for Python",
-    "take.rrd": "the recording; pcnet3d view FOLDER plays it",
-    "keypoints.npz": "the 2D keypoints that were found in the video",
 }
 
 
@@ -43,22 +32,6 @@ def session_words(take: Take) -> Markup:
         f"camera {motion}" if motion else "",
     ]
     return small(" · ".join(part for part in parts if part))
-
-
-def files_beside(names: Sequence[str]) -> Markup:
-    """A table of the files of a run with what they hold, each name a link. names: of those in the page's folder."""
-    rows: list[list[Cell]] = [
-        [Link(name, quote(name)), _FILES.get(name)]
-        for name in sorted(names, key=lambda name: [*_FILES, name].index(name))
-        if name not in (REPORT, SUMMARY) and not name.startswith(".")
-    ]
-    return table(("file", "what it holds"), rows)
-
-
-def repairs_of(take: Take) -> Markup:
-    """What was repaired, on demand."""
-    repairs = take.texts("repair")
-    return details(f"{how_many(len(repairs), 'repair')} made", bullets(_most(repairs)))
 
 
 def gravity_words(take: Take) -> Markup:
@@ -82,7 +55,7 @@ def gravity_words(take: Take) -> Markup:
 
 
 def provenance_of(take: Take) -> Markup:
-    """Inputs, how they were read and versions, as in every file of the run; then the notes."""
+    """Inputs, how they were read and versions, as in every file of the run; then the repairs and the notes."""
     poses = take.need("poses")
     lines = {
         "poses": f"person {poses.person}, frames {poses.frame_index[0]} to {poses.frame_index[-1]}, {poses.frame}",
@@ -95,7 +68,9 @@ def provenance_of(take: Take) -> Markup:
             f"{rate_in_words(video.fps, ' at ')}, {video.codec}{turned}"
         )
     shown = {name: text for name, text in provenance(take).items() if not name.startswith("warning")}
-    return table(("", ""), [*(shown | lines).items()]) + box("Notes", _most(take.texts("note")))
+    return table(("", ""), [*(shown | lines).items()]) + joined(
+        box(title, _most(take.texts(weight))) for title, weight in (("Repairs", "repair"), ("Notes", "note"))
+    )
 
 
 def _most(texts: Sequence[str]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -23,9 +23,10 @@ from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg
 from .measures import happened
 from .player import skeleton_player
-from .sections import files_beside, gravity_words, provenance_of, repairs_of, session_words
+from .sections import gravity_words, provenance_of, session_words
 from .trust import trust
 
+_RANGES = "Joint angles: the lowest and the highest of nine in ten frames."
 _UNKNOWN = "Where an angle has no ±, its error is not known."
 
 
@@ -42,19 +43,18 @@ class Report:
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
-        files = [path.name for path in self.folder.iterdir() if path.is_file()]
-        write_text(self.folder / REPORT, report(take, files))
+        write_text(self.folder / REPORT, report(take))
         return take
 
 
-def report(take: Take, files: Sequence[str] = ()) -> str:
+def report(take: Take) -> str:
     """A take as one HTML page that holds its images, loads nothing, and runs no script but our own for reading off its
     charts.
 
     On the first screen what was seen, in words and figures, the video beside the upright skeleton, and how far to trust
     it; folded, key frames, ranges of motion, movements, angles, and the run's input and steps. What the
     take lacks (video, angles, measures, ...) is left out; so are the video's images where `take.told.images` is False.
-    files: names of the files in the page's folder, to lead to. Raises InputError without poses, rectified poses or time
+    Raises InputError without poses, rectified poses or time
     stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
@@ -64,7 +64,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
     head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
-    head += skeleton_player(take) + trust(take) + repairs_of(take)
+    head += skeleton_player(take) + trust(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
         ("Key frames", _key_frames(take)),
@@ -72,7 +72,6 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Movements", happened(measures, take.poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
         ("Which way is up", _gravity(take)),
-        ("Files beside this page", files_beside(files)),
         ("Input and steps", provenance_of(take)),
     ]
     return page(take.title, head, sections, folded=True)
@@ -80,8 +79,10 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
 
 def _first_notes(take: Take) -> Markup:
     """What the figures of the first screen need beside them."""
+    shown = [words for _, words in headlines(take)]
     stated = [row.error is not None for row in take.figures if isinstance(row, Measure)]
-    notes = [NINE_IN_TEN] * any(stated) + [_UNKNOWN] * (not all("±" in words for _, words in headlines(take)))
+    notes = [_RANGES] * bool(shown) + [NINE_IN_TEN] * any(stated)
+    notes += [_UNKNOWN] * (not all("±" in words for words in shown))
     notes += [each.text for each in take.notices if each.code == "no-scale" and not each.warns]
     return small(" ".join(notes)) if notes and take.figures else Markup("")
 

@@ -21,7 +21,7 @@ from ...pipeline.running.sentences import (
     up_words,
 )
 from ...pipeline.signals.angles import ANGLES
-from ...pipeline.signals.checks import moves, nobody_upright
+from ...pipeline.signals.checks import moves, nobody_upright, whole_rows
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
@@ -96,14 +96,9 @@ def _poses(take: Take) -> list[Check]:
     return [(POSES_ARE[code], level, texts)]
 
 
-def _whole(poses: PoseSequence) -> np.ndarray:
-    """(T,) which frames have all joints."""
-    return np.asarray(np.isfinite(poses.without_feet.joints).all(axis=(1, 2)))
-
-
 def _undoubted(poses: PoseSequence) -> str:
     """A sentence about poses of which no check has doubts."""
-    if _whole(poses).sum() < 2:
+    if whole_rows(poses).sum() < 2:
         return "No fault was found."
     return f"The body has steady bones{' and moves as people do' * moves(poses)}."
 
@@ -201,7 +196,7 @@ def _view(take: Take) -> Check:
 def _missing(take: Take, share: float) -> str:
     """How many joints are missing and when, in a sentence. share: of the joints, in all frames."""
     poses = take.need("poses")
-    gone = ~_whole(poses)
+    gone = np.asarray(np.isnan(poses.without_feet.joints).any(axis=(1, 2)))
     if not gone.any():
         filled = any(each.code == "gaps-filled" for each in take.notices)
         return f"Every frame has all joints{', some of them interpolated' * filled}."

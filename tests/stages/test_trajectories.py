@@ -9,9 +9,8 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.signals.norms import FINE, MISSING, UNCERTAIN
 from pcnet3d.stages import rectify
-from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory, unit_of
+from pcnet3d.stages.trajectories import FINE, MISSING, UNCERTAIN, Trajectories, smooth, trajectory, unit_of
 
 JUDGED = MadeBy("estimated", shipped_noise().lifter)
 

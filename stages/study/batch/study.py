@@ -244,7 +244,7 @@ def _figure_tables(rows: Sequence[Row]) -> Markup:
     groups: dict[tuple[str, Side], dict[str, list[Cell]]] = {}
     for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
         of = [row.get("measures", {}).get(key) for row in rows]
-        cells: list[Cell] = [None if each is None else Number(each.in_words()) for each in of]
+        cells: list[Cell] = [None if each is None else Number(_counted(each)) for each in of]
         groups.setdefault((measure.group[0], measure.side), {})[_named(measure)] = cells
     tables = [
         heading(", ".join(filter(None, [GROUPS[group].title.capitalize(), side]))) + _table(rows, columns)
@@ -255,6 +255,11 @@ def _figure_tables(rows: Sequence[Row]) -> Markup:
         "study.csv and study.parquet have all figures."
     )
     return small(about) + joined(tables) if tables else Markup("")
+
+
+def _counted(measure: Measure) -> str:
+    """A figure, of a count that may be more "3 or more", which sorts as 3 does."""
+    return measure.in_words() + " or more" * measure.at_least
 
 
 def _named(measure: Measure) -> str:

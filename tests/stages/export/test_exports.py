@@ -243,7 +243,7 @@ def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
         folder.mkdir()
     except (OSError, UnicodeError):
         pytest.skip("this system has no such names")
-    take = take.with_(measures=rows_of({"paths": {"r_wrist": {"path_length": 1.5}}}))
+    take = take.with_(measures=rows_of({"walking": {"walking_speed": 1.5}}))
     assert all(file.stat().st_size for file in exported(take, folder, writer).iterdir())
 
 

@@ -94,7 +94,7 @@ def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():
     off = np.full((60, 17, 2), 0.0)
     off[..., 0] += 0.01 * np.arange(17)  # usual residuals
     off[20:40, H36M17.index("r_wrist")] += 0.4
-    residuals = Residuals(1000 * off, off)
+    residuals = Residuals(off)
     series = {
         f"{side}_elbow_flexion": AngleSeries(
             np.full(60, 50.0), np.full(60, 8.0), np.zeros(60, np.int8), np.full(60, 8.0)

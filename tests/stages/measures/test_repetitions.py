@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.stages.measures.cycles import POINTS, normalised
-from pcnet3d.stages.measures.figures import symmetry, symmetry_index
+from pcnet3d.stages.measures.figures import symmetry
 from pcnet3d.stages.measures.repetitions import near_ends_s, repetitions
 
 FPS = 30
@@ -190,7 +190,8 @@ def test_curves_over_a_cycle():
 def test_the_error_of_the_symmetry_index_is_that_of_draws():
     """Of a difference with an error of 3 whose sides share all others."""
     apart, shared = np.random.default_rng(0).normal(0, (3.0, 1.0), (20000, 2)).T
-    off = np.std([symmetry_index(60 + a / 2 + s, 45 - a / 2 + s) for a, s in zip(apart, shared, strict=True)])
+    sides = zip(60 + apart / 2 + shared, 45 - apart / 2 + shared, strict=True)
+    off = np.std([symmetry(right, left, 0.0)[0].value for right, left in sides])
     (row,) = symmetry(60, 45, 3.0)
     assert row.error == pytest.approx(off, rel=0.03)
     assert row.within_error is False

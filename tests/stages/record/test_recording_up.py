@@ -37,7 +37,7 @@ def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, frame)
         poses=take.poses.with_(frame=frame),
         rectified=replace(take.rectified, R_source_from_level=R, up_votes=votes),
     )
-    assert "looks down by 20 ± 5 degrees (pitch)" in camera_words(take)
+    assert "pitch 20 ± 5° (positive: it looks down)" in camera_words(take)
 
 
 def words(take: Take) -> str:
@@ -51,9 +51,9 @@ TILTED = {"R_source_from_level": view_rotation(*(np.array(angle) for angle in (3
     ("changes", "said", "not_said"),
     [
         ({}, "is based on the body's posture (75 %), the feet's places (25 %)", "relative to the camera"),
-        ({}, "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)", "unless"),
-        (TILTED, "looks up by 12 ± 5 degrees (pitch)", "looks level"),
-        (TILTED, "turned clockwise by 8 ± 5 degrees (roll)", "upright"),
+        ({}, "pitch 0 ± 5° (positive: it looks down), roll 0 ± 5° (positive: its", "unless"),
+        (TILTED, "pitch -12 ± 5° (positive: it looks down)", "pitch 12"),
+        (TILTED, "roll -8 ± 5° (positive: its image is turned counter-clockwise)", "roll 8"),
         (
             {"level_ok": False, "level_reason": "the person lies"},
             "could not be levelled: the person lies",

@@ -5,7 +5,8 @@ import base64
 import pytest
 from markupsafe import Markup
 
-from pcnet3d.pipeline.core.notices import own_notice
+from golden.measures import rows_of
+from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.stages.drawing.page import page
 from pcnet3d.stages.report.stage import report
 
@@ -44,6 +45,29 @@ def test_the_first_screen_has_the_answer_the_film_beside_the_skeleton_and_the_ve
     assert skeleton[0] < gauge[0] < part[0]
     assert gauge[0] < 900
     assert browser.value("document.querySelectorAll('.part[open]').length") == 0
+
+
+def test_on_a_telephone_picture_and_skeleton_are_whole_on_the_first_screen(walk_take, film, opened):
+    """Under an answer of 38 words and six figures with long names they began at its lower edge."""
+    times = {"start_s": [0.2, 1.0], "peak_at_s": [0.5, 1.3], "stop_s": [0.8, 1.6]}
+    peaks = {"peak_deg": [101.0, 160.0], "peak_error_deg": [9.0, 9.0], **times}
+    bends = {"count": 12, "count_at_least": True, **peaks}
+    raises = {"count": 8, **peaks}
+    names = ("r_thigh_trunk_flexion", "l_thigh_trunk_flexion", "thorax_pelvis_rotation", "trunk_lean_frontal")
+    names += ("trunk_lean_sagittal", "r_shoulder_elevation")
+    ends = {"p05_deg": -24.0, "p95_deg": 13.0, "p05_error_deg": 6.0, "p95_error_deg": 6.0}
+    figures = {
+        "knee_bends": bends, "arm_raises": {"right": raises, "left": raises},
+        "range_of_motion": dict.fromkeys(names, ends),
+    }  # fmt: skip
+    without_scale = notice("no-scale", lengths="Lengths have no unit")
+    take = walk_take.with_(video=film(), measures=rows_of(figures)).saying(without_scale)
+    browser = opened(report(take), 390)
+    assert browser.value("document.querySelectorAll('.figures .large').length") == 6
+    bottom = "document.querySelector('.player .screens').getBoundingClientRect().bottom"
+    assert browser.value(bottom) < 844
+    lines = "[...document.querySelectorAll('.option')].map(s => [s.textContent, s.getClientRects().length])"
+    assert browser.value(lines)[0] == ["--stature", 1]  # options do not break
 
 
 @pytest.mark.parametrize("width", [1280, 390, 320])

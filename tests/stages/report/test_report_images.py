@@ -180,13 +180,3 @@ def test_a_picture_shows_the_whole_person_where_the_detector_is_unsure_of_the_li
     whole, part = (picture(image, trunk, COCO17, around=around) for around in (every, None))
     assert whole[:, :90].max() > 200
     assert part[:, :90].max() < 50
-
-
-def test_key_frames_are_where_the_skeleton_is_that_of_the_image(walk_take):
-    """Of a part of a take the picture was one in which the lift held the arms elsewhere."""
-    joints = walk_take.rectified.body.joints
-    doubts = np.zeros(len(joints))
-    chosen = key_rows(joints, 1)
-    doubts[chosen] = 2
-    assert key_rows(joints, 1, doubts) != chosen
-    assert key_rows(joints, 6, np.full(len(joints), 3.0)) == key_rows(joints, 6)

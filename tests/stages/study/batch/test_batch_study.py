@@ -94,7 +94,7 @@ def test_the_page_shows_figures_that_takes_are_compared_by_and_counts(made):
             "frames": 60, "cadence_spm": 100.0, "cadence_error_spm": 1.0, "walking_speed": 1.2,
             "walking_speed_error": 0.1, "landings_s": [1.0],
         },
-        "off_keypoints": {"r_arm": {"median_in_image_px": 3.0}},
+        "off_keypoints": {"r_arm": {"start_s": [3.0], "stop_s": [4.0]}},
         "knee_bends": {"count": 3.0},
         "range_of_motion": {"r_knee_flexion": {"p05_p95_deg": 50.0, "p95_deg": 60.0}},
     }  # fmt: skip
@@ -121,6 +121,14 @@ def test_a_figure_has_the_digits_that_it_has_in_its_report(value, error, shown):
     of = Measure("cadence", value, error, group=("walking",))
     assert of.in_words() == shown
     assert f">{shown}</td>" in as_page("Study", [figureless(measures={"walking.cadence": of})])
+
+
+def test_a_count_that_may_be_more_is_said_to_be():
+    """The report had "at least 3 squats", the study's page 3."""
+    for at_least in (True, False):
+        of = Measure("count", 3, at_least=at_least, group=("knee_bends",))
+        page = as_page("Study", [figureless(measures={"knee_bends.count": of})])
+        assert f">3{' or more' * at_least}</td>" in page
 
 
 @pytest.fixture
