@@ -12,8 +12,8 @@ _FILE = Path(__file__).parents[2] / "models" / "limits.toml"
 
 
 def limit(name: str) -> Any:
-    """The value of a limit, such as "joints-exchanged.steadier": a number, or a tuple of two. KeyError for a name that
-    the file has not."""
+    """The value of a limit, such as "joints-exchanged.steadier": a number, or a tuple of several. KeyError for a name
+    that the file has not."""
     value = limits()[name]["value"]
     return tuple(value) if isinstance(value, list) else value
 
