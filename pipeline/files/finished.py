@@ -21,12 +21,7 @@ from ..core.take import AngleErrors, CameraMotion, Session, Take, Told
 from .arrays import load_all
 from .atomic import SUMMARY, read_object
 from .measures import read_measures
-from .names import KINEMATICS, POSES
-
-# Arrays that a Rectified has by the same names.
-OF_RECTIFIED = (
-    "R_source_from_body", "R_source_from_level", "error_deg", "up_error_deg", "up_bound_deg", "up_votes",
-)  # fmt: skip
+from .names import KINEMATICS, OF_RECTIFIED, POSES
 
 
 class _Sequence(BaseModel):

@@ -1,4 +1,4 @@
-"""Names of a run's files, for those who need not open them."""
+"""Names of a run's files and of what is in them, for those who need not open them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ from .atomic import REPORT
 RECORDING = "take.rrd"
 POSES, KINEMATICS, KEYPOINTS = "poses.npz", "kinematics.parquet", "keypoints.npz"
 PAGES = (REPORT, "study.html", "compare.html")
+# Arrays of POSES that a Rectified has by the same names.
+OF_RECTIFIED = (
+    "R_source_from_body", "R_source_from_level", "error_deg", "up_error_deg", "up_bound_deg", "up_votes",
+)  # fmt: skip
 
 
 def find_page(folder: Path) -> Path | None:

@@ -83,7 +83,9 @@ def together(
     each = _Compared(poses, keypoints, camera, stature)
     most = limit("keypoints-not-of-poses.lags")
     ways = [(lag, 1.0) for lag in range(-most, most + 1)] + [(0, rate) for rate in RATES if rate != 1]
-    by_way = {(lag, rate): each.off(each.numbered(lag, rate)) for lag, rate in ways} if len(each.at) else {}
+    by_way = {}
+    if len(each.at):
+        by_way = dict(zip(ways, each.off(np.stack([each.numbered(*way) for way in ways])), strict=True))
     enough = limit("keypoints-not-of-poses.enough")
     offs = {way: _median(off) for way, off in by_way.items() if np.isfinite(off).sum() >= enough}
     if (0, 1.0) not in offs:
@@ -134,14 +136,15 @@ class _Compared:
         return self.at[0] + (self.at - self.at[0]) * rate + lag
 
     def off(self, frames: np.ndarray) -> np.ndarray:
-        """(N,) how far poses are off the rays of these frames (N,), in statures; of one that fits nowhere before the
-        camera a whole stature, NaN for too few joints."""
-        rays, trust = self._rays(frames)
-        compared = (is_finite(rays) & is_finite(self.joints)).sum(axis=1) >= FEWEST
-        square = (off_rays(rays, self.joints, trust) ** 2).sum(axis=-1)
-        joints = np.isfinite(square).sum(axis=1)
-        off = np.where(joints > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(joints, 1)), 1.0)
-        return np.where(compared, off, np.nan)
+        """(..., N) how far poses are off the rays of these frames (..., N), in statures; of one that fits nowhere
+        before the camera a whole stature, NaN for too few joints."""
+        rays, trust = self._rays(frames.ravel())
+        joints = np.tile(self.joints, (frames.size // len(self.joints), 1, 1))
+        compared = (is_finite(rays) & is_finite(joints)).sum(axis=1) >= FEWEST
+        square = (off_rays(rays, joints, trust) ** 2).sum(axis=-1)
+        count = np.isfinite(square).sum(axis=1)
+        off = np.where(count > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(count, 1)), 1.0)
+        return np.where(compared, off, np.nan).reshape(frames.shape)
 
     def _rays(self, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, J, 2) rays of these frames and (N, J) the trust in them; between two of the keypoints' rows on a line,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..core.errors import InputError
@@ -11,6 +11,9 @@ from ..plugins import registry
 from ..plugins.options import checked
 from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
+
+# Of what is told: heeded by reading, whatever stages there are.
+_BY_READING = ("fps", "person", "handedness", "check", "swaps")
 
 
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
@@ -63,20 +66,23 @@ def checked_setting(name: str, value: Any) -> Any:
 
 
 def _check_read(told: Told, recipe: Recipe) -> None:
-    """InputError for something told that stages read, but none of the recipe. The rest is heeded by reading."""
+    """InputError for something told that stages read, but none of the recipe."""
+    every = registry.registered("stages")
     for name, of_told in TOLD.items():
-        if getattr(told, of_told) != getattr(SILENT, of_told):
-            readers = [
-                stage
-                for stage in registry.registered("stages")
-                if of_told in getattr(registry.load("stages", stage), "reads", ())
-            ]
-            if readers and not any(map(recipe.has, readers)):
-                named = " or ".join(f"'{stage}'" for stage in readers)
-                raise InputError(
-                    "option-conflict",
-                    f"{flag_of(name)} is for the stage {named}, which this run does not have.",
-                )
+        said = getattr(told, of_told) != getattr(SILENT, of_told)
+        # The recipe's own stages first: to load the others takes time.
+        if not said or of_told in _BY_READING or _readers(of_told, filter(recipe.has, every)):
+            continue
+        if readers := _readers(of_told, every):
+            named = " or ".join(f"'{stage}'" for stage in readers)
+            raise InputError(
+                "option-conflict",
+                f"{flag_of(name)} is for the stage {named}, which this run does not have.",
+            )
+
+
+def _readers(of_told: str, stages: Iterable[str]) -> list[str]:
+    return [stage for stage in stages if of_told in getattr(registry.load("stages", stage), "reads", ())]
 
 
 def _require(recipe: Recipe, stage: str, what: str) -> None:

@@ -18,8 +18,7 @@ from ...pipeline.core.rotations import angle_deg, rotate
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
 from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
-from ...pipeline.files.finished import OF_RECTIFIED
-from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
+from ...pipeline.files.names import KEYPOINTS, KINEMATICS, OF_RECTIFIED, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.running.sentences import judgement

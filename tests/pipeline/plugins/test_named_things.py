@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import dataclass, replace
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -52,13 +52,14 @@ LOADERS = {"rectifiers": load_rectifier, "lifters": load_lifter, "detectors": lo
 def register(monkeypatch):
     """register(group, thing) installs a package that has it under the name "toy"."""
     added = {}
+    others = registry.installed()
     monkeypatch.setattr(
-        registry, "entry_points", lambda group: [*entry_points(group=group), *added.get(group, ())]
+        registry, "installed", lambda: {of: [*others[of], *added.get(of, ())] for of in others}
     )
 
     def install(group, thing):
         monkeypatch.setitem(sys.modules, "toy_package", SimpleNamespace(THING=thing))
-        added[f"pcnet3d.{group}"] = [EntryPoint("toy", "toy_package:THING", f"pcnet3d.{group}")]
+        added[group] = [EntryPoint("toy", "toy_package:THING", f"pcnet3d.{group}")]
         forget()
 
     def forget():

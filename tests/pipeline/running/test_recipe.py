@@ -115,7 +115,7 @@ def test_two_packages_of_one_name_are_refused(monkeypatch):
     from importlib.metadata import EntryPoint
 
     twins = [EntryPoint("x", "a:A", "pcnet3d.stages"), EntryPoint("x", "b:B", "pcnet3d.stages")]
-    monkeypatch.setattr(registry, "entry_points", lambda group: twins)
+    monkeypatch.setattr(registry, "installed", lambda: {"stages": twins})
     registry.registered.cache_clear()
     with pytest.raises(InputError, match="a:A and b:B"):
         registry.registered("stages")

@@ -153,7 +153,7 @@ def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes
     moved.write_bytes(b"some poses")
     assert result_key(entry) == first
     known = dict(registry.registered("stages"))
-    monkeypatch.setattr(registry, "entry_points", lambda group: ())
+    monkeypatch.setattr(registry, "installed", dict)
     assert known
     assert result_key(entry) != first
 
