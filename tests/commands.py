@@ -12,6 +12,11 @@ from unittest.mock import patch
 from pcnet3d.pipeline.cli import main
 
 APART = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]  # in a process of its own
+# What a run does without, for each takes a twentieth to a third of a second to import.
+SCIPY = {
+    f"scipy.{part}"
+    for part in ("interpolate", "ndimage", "optimize", "signal", "spatial", "special", "stats")
+}
 
 
 def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -34,6 +39,15 @@ def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subp
             signal.signal(signal.SIGTERM, terminate)
     said = (stream.buffer.getvalue().decode() for stream in (out, err))
     return subprocess.CompletedProcess(argv, int(code), *said)
+
+
+def said_without(heavy: set[str], *words: object) -> subprocess.CompletedProcess:
+    """What a command says, in a process of its own, that imports none of these packages."""
+    asked = f"import sys; sys.argv = {['pcnet3d', *map(str, words)]}\nfrom pcnet3d.pipeline.cli import main\n"
+    asked += f"try: main()\nfinally: print('heavy:', *{heavy}.intersection(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1].strip() == "heavy:", done.stderr
+    return done
 
 
 def refused(result: subprocess.CompletedProcess[str], *words: object) -> None:

@@ -24,7 +24,6 @@ from .joint_noise import shipped_noise
 from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, growth_of, smoothed, take_angles
 
 _OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
-_TINY = 1e-9  # of a window's mean of ones and zeros: none
 _LEAST = 0.5  # of the frames, in which both have to be
 
 
@@ -79,13 +78,11 @@ def by_disagreement(
 
 def _running_mean(values: np.ndarray, window: int, seams: Sequence[int]) -> np.ndarray:
     """(T,) the mean of the finite values (T,) within the window about each row, of none across a seam."""
-    from scipy.ndimage import uniform_filter1d
-
     if len(seams):
         return np.concatenate([_running_mean(part, window, ()) for part in np.split(values, seams)])
     fine = np.isfinite(values)
     total, count = (
-        uniform_filter1d(each, window, mode="constant")
+        np.convolve(each, np.ones(window))[(window - 1) // 2 :][: len(values)]
         for each in (np.where(fine, values, 0.0), fine.astype(float))
     )
-    return np.where(count > _TINY, total / np.maximum(count, _TINY), np.nan)
+    return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)

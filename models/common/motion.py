@@ -13,6 +13,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import BRIDGED_S, breaks, stretches
+from ...pipeline.signals.windows import ranked
 from .residuals import LIMBS, Residuals, residuals_of, unsure_joints
 
 # Of the take's usual residual, within which a limb agrees with its keypoints: what is usual tells how good these are,
@@ -114,10 +115,8 @@ def agrees(residuals: Residuals) -> float:
 
 def steady(residual: np.ndarray) -> np.ndarray:
     """(T,) a limb's residual without what lasts for a frame or two; NaN where it is not known."""
-    from scipy.ndimage import median_filter
-
     finite = np.isfinite(residual)
-    return np.where(finite, median_filter(np.where(finite, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
+    return np.where(finite, ranked(np.where(finite, residual, 0.0), _FRAMES, _FRAMES // 2, "edge"), np.nan)
 
 
 def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, np.ndarray]:

@@ -13,6 +13,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import rate, runs
+from ...pipeline.signals.windows import gaussian
 from .evidence import FEET, FLOOR, Evidence
 from .person import PersonFrames
 from .votes import effective_number
@@ -79,8 +80,6 @@ def stances(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> np.ndarra
     """(N, 3) where ankles stood: the mean of each unbroken piece of at least 0.1 s in which one did not move.
 
     joints: (T, 17, 3) in statures, at rest where the floor is; up: (3,)."""
-    from scipy.ndimage import gaussian_filter1d
-
     if len(joints) < 3:
         return np.zeros((0, 3))
     fps = rate(time_s)
@@ -91,7 +90,7 @@ def stances(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> np.ndarra
         speed = np.full(len(ankle), np.inf)
         for piece in runs(is_finite(ankle), time_s):
             if piece.stop - piece.start > 2:
-                smooth = gaussian_filter1d(ankle[piece], 0.05 * fps, axis=0)
+                smooth = gaussian(ankle[piece], 0.05 * fps)
                 speed[piece] = np.linalg.norm(np.gradient(smooth, time_s[piece], axis=0), axis=-1)
         for piece in runs(below & (speed < _STANDS_SPEED), time_s):
             if piece.stop - piece.start >= max(_STANCE_S * fps, 2):
@@ -121,8 +120,6 @@ def level_feet(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Eviden
 
 def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(T, 3) right minus left ankle in statures, and (T,) whether both feet seem to stand apart on the ground."""
-    from scipy.ndimage import gaussian_filter1d
-
     stature = implied_stature(joints)
     if not stature > 0:  # nor when it is NaN
         return np.full((len(joints), 3), np.nan), np.zeros(len(joints), dtype=bool)
@@ -132,7 +129,7 @@ def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.n
     if fine.sum() < 5:
         return across, np.zeros(len(joints), dtype=bool)
     smooth = across.copy()
-    smooth[fine] = gaussian_filter1d(across[fine], 1.5, axis=0)
+    smooth[fine] = gaussian(across[fine], 1.5)
     speed = np.full(len(joints), np.inf)
     speed[fine] = np.linalg.norm(np.gradient(smooth[fine], time_s[fine], axis=0), axis=-1)
     under = np.maximum(right @ up, left @ up) < -0.35  # both feet well below the pelvis

@@ -19,7 +19,7 @@ from ...pipeline.core.camera import Look, pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.notices import Notice, notice
-from ...pipeline.core.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.rotations import angle_deg, is_finite, shortest_turn, unit
 from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
 
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
@@ -102,14 +102,10 @@ def _reaching(fused: TakeUp, other: np.ndarray) -> TakeUp:
 
 def chi_square(bodies: TakeUp, look: Look) -> float:
     """Squared distance of both answers in their errors, on the plane across the image's up."""
-    from scipy.spatial.transform import Rotation
-
     across = np.linalg.svd(look.up[None])[2][1:]
     own = np.radians(bodies.error_deg) ** 2 / 2 * np.eye(3)
     if bodies.covariance is not None:
-        turn = Rotation.align_vectors(look.up[None], bodies.up[None])[
-            0
-        ].as_matrix()  # from one's plane to the other's
+        turn = shortest_turn(look.up, bodies.up)  # from one's plane to the other's
         own = turn @ bodies.covariance @ turn.T
     apart = across @ (unit(bodies.up) - look.up)
     # A chord is shorter than its arc; far apart this matters.

@@ -28,6 +28,7 @@ from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines, rate, stretches
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
+from ...pipeline.signals.windows import ranked
 
 _BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
@@ -398,13 +399,12 @@ def _lasts_s(path: _BodyPath, rows: slice) -> float:
 
 def _floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
     """(T,) what a height (T,) is for a fifth of the time around, or of the whole time."""
-    from scipy.ndimage import percentile_filter
-
     visible = np.isfinite(height)
     if np.isnan(around_s) or len(height) < 2:
         return np.full(len(height), float(np.percentile(height[visible], _FLOOR)))
     even = on_lines(height, time_s)
-    return percentile_filter(even, _FLOOR, size=2 * round(around_s * rate(time_s)) + 1, mode="nearest")
+    width = 2 * round(around_s * rate(time_s)) + 1
+    return ranked(even, width, int(width * _FLOOR / 100), "edge")
 
 
 def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> tuple[float, float] | None:

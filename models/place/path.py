@@ -20,6 +20,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, norm
 from ...pipeline.signals.filters import rate
 from ...pipeline.signals.reprojection import JOINTS, keypoint_rays, placed
+from ...pipeline.signals.windows import gaussian
 from ..common.splines import inverse_band
 
 FEWEST_FRAMES = 3  # a path is smoothed by its acceleration, and two have none
@@ -137,14 +138,12 @@ def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndar
 
 def _slow(ratio: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """(T,) logarithm of a positive ratio, averaged over _SIZE_S; what is missing lies on a line."""
-    from scipy.ndimage import gaussian_filter1d
-
     positive = ratio > 0
     even = np.interp(time_s, time_s[positive], np.log(ratio[positive]))
     sd = _SIZE_S * rate(time_s)
     ends = min(int(4 * sd), len(even) - 1)
     padded = np.pad(even, ends, mode="reflect", reflect_type="odd")  # a trend goes on beyond the ends
-    return gaussian_filter1d(padded, sd)[ends : ends + len(even)]
+    return gaussian(padded, sd)[ends : ends + len(even)]
 
 
 def _outer(x: np.ndarray) -> np.ndarray:

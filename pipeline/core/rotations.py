@@ -7,6 +7,8 @@ from functools import reduce
 
 import numpy as np
 
+_OPPOSITE = 1e-12  # 1 + cosine
+
 
 def rotate(R: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Apply R (..., D, D) to points x (..., N, D), each point as a column vector: R x."""
@@ -86,6 +88,15 @@ def kabsch(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     sign[..., -1] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     R = np.einsum("...ij,...j,...jk->...ik", u, sign, vt)
     return np.where((valid.sum(-1) >= 3)[..., None, None], R, np.nan)
+
+
+def shortest_turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(3, 3) the rotation by the smallest angle that brings the direction of b (3,) to that of a (3,); of opposite
+    ones, which many would bring there, the identity."""
+    a, b = (unit(np.asarray(direction, dtype=np.float64)) for direction in (a, b))
+    x, y, z = np.cross(b, a)
+    about = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + about + about @ about / max(1 + float(a @ b), _OPPOSITE)
 
 
 def turn_deg(points: np.ndarray, others: np.ndarray) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 from .atomic import REPORT
 
@@ -13,6 +14,7 @@ PAGES = (REPORT, "study.html", "compare.html")
 OF_RECTIFIED = (
     "R_source_from_body", "R_source_from_level", "error_deg", "up_error_deg", "up_bound_deg", "up_votes",
 )  # fmt: skip
+BoneNames = Literal["joints", "mixamo"]  # of animated skeletons
 
 
 def find_page(folder: Path) -> Path | None:

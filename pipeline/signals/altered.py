@@ -24,6 +24,7 @@ from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm, rotate
 from .checks import empty_rows
 from .filters import stretches
+from .windows import ranked
 
 _ENOUGH = limit("rows.tell")
 _SIDES = ("r", "l")
@@ -289,13 +290,15 @@ def _rows_lost(points: PoseSequence) -> list[Notice]:
 def _leaps(speed: np.ndarray) -> np.ndarray:
     """(N,) rows from which the joints go on faster, in the median, than around them and than before or after. speed:
     (T, J), NaN where unknown."""
-    from scipy.ndimage import median_filter, minimum_filter
-
     known, around = np.isfinite(speed), limit("rows-lost.around")
+    if len(speed) < around:
+        return np.zeros(0, dtype=int)
     least = limit("rows-lost.still") * np.median(speed[known]) if known.any() else 0.0
     every = np.where(known, speed, np.inf)
-    beside = minimum_filter(every, footprint=[[1], [0], [1]])
-    usual = np.maximum(median_filter(every, (around, 1)), beside) + least
+    wider = np.pad(every, ((1, 1), (0, 0)), mode="edge")
+    beside = np.minimum(wider[:-2], wider[2:])
+    usual = [ranked(joint, around, around // 2, "symmetric") for joint in every.T]
+    usual = np.maximum(np.stack(usual, axis=-1), beside) + least
     faster = np.where(known, speed + least, 0.0) / np.maximum(usual, 1e-12)
     leaps = np.flatnonzero(np.median(faster, axis=1) > limit("rows-lost.once"))
     # At an end half of the rows around are not there.

@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from ...pipeline.core.pose import package_version
 from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpose, unit, zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.names import BoneNames
 from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.angles import arm_reference, hinge_axis, tells_axis, trunk_axes
 from ...pipeline.signals.filters import stretches
@@ -64,7 +65,6 @@ _MIXAMO = {
         "clavicle": "Shoulder", "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand",
     }.items()
 }  # fmt: skip
-BoneNames = Literal["joints", "mixamo"]
 _LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
 _NEVER_TOLD = ("neck", "nose", "r_clavicle", "l_clavicle")  # how they turn about their bones
 _X, _Y, _Z = np.eye(3)

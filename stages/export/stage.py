@@ -18,13 +18,12 @@ from ...pipeline.core.rotations import angle_deg, rotate
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
 from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
-from ...pipeline.files.names import KEYPOINTS, KINEMATICS, OF_RECTIFIED, POSES, RECORDING
+from ...pipeline.files.names import KEYPOINTS, KINEMATICS, OF_RECTIFIED, POSES, RECORDING, BoneNames
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.running.sentences import judgement
 from ...pipeline.signals.checks import bone_spread
 from ..drawing.facts import mean, shared_up
-from .animation import BoneNames
 from .tables import write_measures, write_parquet, write_strides
 
 # What runs write by themselves (design.md section 7), `live` included.

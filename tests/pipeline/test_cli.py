@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from commands import APART, pcnet3d, recipe_of, refused, succeeded
+from commands import APART, SCIPY, pcnet3d, recipe_of, refused, said_without, succeeded
 from pcnet3d.pipeline.core.figures import FIGURES
 from pcnet3d.pipeline.core.notice_catalogue import CATALOGUE
 from pcnet3d.pipeline.core.refusals import REFUSALS
@@ -22,15 +22,6 @@ FILES = [
 def apart(*arguments, env=None) -> subprocess.CompletedProcess:
     """pcnet3d in a process of its own, to which an environment and the warnings of other packages belong."""
     return subprocess.run([*APART, *map(str, arguments)], capture_output=True, text=True, env=env)
-
-
-def said_without(heavy: set[str], *words: object) -> subprocess.CompletedProcess:
-    """What a command says, in a process of its own, that imports none of these packages."""
-    asked = f"import sys; sys.argv = {['pcnet3d', *map(str, words)]}\nfrom pcnet3d.pipeline.cli import main\n"
-    asked += f"try: main()\nfinally: print('heavy:', *{heavy}.intersection(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True)
-    assert done.stdout.splitlines()[-1].strip() == "heavy:", done.stderr
-    return done
 
 
 @pytest.fixture
@@ -50,9 +41,9 @@ def alphapose(scale: float) -> str:
 
 
 def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
-    """Without those packages of scipy, and those of images, that take a third of a second to import."""
+    """Without the packages and the stages that it does not need, each of which takes a while to import."""
     words = ("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out")
-    result = succeeded(said_without({"scipy.signal", "scipy.stats", "av", "torch"}, *words))
+    result = succeeded(said_without(SCIPY | {"av", "torch", "pcnet3d.stages.calibrate"}, *words))
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
     assert "pcnet3d view" in result.stdout
     assert "--stature" in result.stderr

@@ -6,8 +6,7 @@ each run ranges of motion, right less left and one repetition less another are h
 (evaluation/statements.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of,
 their parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added
 as independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py).
-How heavy the tails of differences are (`freedom`) stays as it is in place. One draw of cameras and detectors tells
-little of so few people: there are several.
+One draw of cameras and detectors tells little of so few people: there are several.
 """
 
 from __future__ import annotations
@@ -216,7 +215,6 @@ def fit(kinds: Kinds) -> dict[str, object]:
     return {
         "made_by": "pcnet3d lab refit",
         "lifter": shipped_noise().lifter,
-        "freedom": shipped()["freedom"],
         "ranges": {
             angle: (round(by * ends, 2), round(by * found, 3))
             for angle, by in of_ranges.items()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import false_discovery_control
+from scipy.stats import false_discovery_control, t
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
@@ -120,6 +120,9 @@ def test_chance_is_a_tenth_at_the_minimal_detectable_change_and_heavier_than_gau
     assert at == pytest.approx(0.1, abs=1e-3)
     assert 0.0027 < beyond < 0.05
     assert none == pytest.approx(1.0)
+    ratio = np.linspace(0, 20, 50)
+    known = 2 * t(3).sf(ratio * t(3).isf(0.05) / 1.645)
+    np.testing.assert_allclose(difference_chance(ratio), known, atol=1e-14)
 
 
 @given(

@@ -22,7 +22,15 @@ from pcnet3d.pipeline import (
     rotate,
 )
 from pcnet3d.pipeline.core.frames import FRAMES, GL_CAMERA, PC_CAMERA
-from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, transpose, zxy_deg
+from pcnet3d.pipeline.core.rotations import (
+    angle_deg,
+    geodesic_deg,
+    kabsch,
+    shortest_turn,
+    transpose,
+    unit,
+    zxy_deg,
+)
 from refusals import refused
 
 
@@ -178,6 +186,13 @@ def test_kabsch_never_reflects_and_needs_three_points():
     two = np.full((17, 3), np.nan)
     two[:2] = b[:2]
     assert np.isnan(kabsch(two, b)).all()
+
+
+def test_the_shortest_turn_is_that_of_scipy_and_of_opposite_directions_none():
+    for a, b in np.random.default_rng(5).normal(size=(20, 2, 3)):
+        known = Rotation.align_vectors(unit(a)[None], unit(b)[None])[0].as_matrix()
+        np.testing.assert_allclose(shortest_turn(a, b), known, atol=1e-12)
+        np.testing.assert_allclose(shortest_turn(a, -a), np.eye(3), atol=1e-6)
 
 
 def test_angles_about_z_x_and_y_give_the_rotation_back():
