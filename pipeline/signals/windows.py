@@ -10,8 +10,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ..core.blocks import blocks
 
-_FAR = 4.0  # standard deviations beyond which a row has no weight
-
 
 def ranked(x: np.ndarray, width: int, rank: int, beyond: Literal["edge", "symmetric"]) -> np.ndarray:
     """(T,) the value that `rank` others are below, among the `width` ones, an odd number, around each of x (T,).
@@ -25,7 +23,7 @@ def ranked(x: np.ndarray, width: int, rank: int, beyond: Literal["edge", "symmet
 def gaussian(x: np.ndarray, sd: float) -> np.ndarray:
     """x (T, ...), each row the mean of those around it by the weights of a Gaussian whose standard deviation is so many
     rows; beyond the ends they are mirrored."""
-    far = int(_FAR * sd + 0.5)
+    far = int(4 * sd + 0.5)  # as in scipy: rows beyond have no weight
     weights = np.exp(-0.5 / sd**2 * np.arange(-far, far + 1) ** 2)
     weights /= weights.sum()
     beyond = np.pad(x, [(far, far)] + [(0, 0)] * (x.ndim - 1), mode="symmetric")
