@@ -17,6 +17,7 @@ from ..models.angle_error.take_angles import AngleSeries, angle_rates, angle_ser
 from ..models.angle_error.take_error import far_off
 from ..models.common.motion import in_doubt
 from ..models.common.residuals import limb_scores, residuals_of
+from ..models.lifter.builtin import close_networks
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
@@ -132,6 +133,8 @@ def _second(take: Take) -> PoseSequence | None:
         return Lift().poses_of(take.with_(poses=None))
     except InputError:  # no reason to end the run
         return None
+    finally:
+        close_networks()  # no later stage lifts
 
 
 def _by_disagreement(

@@ -158,6 +158,11 @@ def _open(model: str, where: Placement) -> Network:
     return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"])
 
 
+def close_networks() -> None:
+    """Give back what open ones take, some 100 MB; who asks again opens them again, in a fifth of a second."""
+    _open.cache_clear()
+
+
 @dataclass(frozen=True)
 class OwnLifter:
     """The built-in lifter, or a file of one trained here, as a pipeline.plugins.protocols.Lifter."""
