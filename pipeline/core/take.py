@@ -213,9 +213,9 @@ class Take:
     told: Told = SILENT
 
     def __repr__(self) -> str:
-        filled = [each.name for each in fields(self) if getattr(self, each.name) not in (None, ())]
+        filled = [each.name for each in fields(self)[1:] if getattr(self, each.name) is not each.default]
         words = "no poses yet" if self.rows is None else self.rows.in_words
-        return in_one_line(f"<Take {self.name}: {words}; has {', '.join(filled)}>")
+        return in_one_line(f"<Take {self.name}: {words}; filled: {', '.join(filled) or 'nothing'}>")
 
     @property
     def title(self) -> str:

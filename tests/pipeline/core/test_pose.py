@@ -123,4 +123,4 @@ def test_printed_in_one_line_with_who_how_many_rate_frame_and_unit():
     )  # fmt: skip
     for words in ("anna\\x1b[2J", "3 frames", "25 a second", "H36M17 in CAMERA", "m", "MotionBERT"):
         assert words in repr(poses)
-    assert f"{poses.in_words}; has name, poses, session, told>" in repr(Take("walk", poses=poses))
+    assert f"{poses.in_words}; filled: poses>" in repr(Take("walk", poses=poses))
