@@ -75,11 +75,12 @@ def _conclusion(take: Take, level: Level) -> tuple[str, str]:
         return f"Do not rely on {what}.", ""
     if take.verdict == "suspicious":
         return "Check.", f"Some figures may be off{' by more than their errors' * (not without_errors)}."
+    word = "Check." if judgement(take) == "error-unknown" else "Usable."
     if any(each.code in _AGAINST_RATE for each in take.said):
-        return "Usable.", "Times and speeds hold only if the frame rate is right."
+        return word, "Times and speeds hold only if the frame rate is right."
     if without_errors:
-        return "Usable.", "The errors of the angles are not known."
-    return "Usable.", "Nothing speaks against the figures and their errors." * (level == "good")
+        return word, "The errors of the angles are not known."
+    return word, "Nothing speaks against the figures and their errors." * (level == "good")
 
 
 def _poses(take: Take) -> list[Check]:

@@ -182,7 +182,7 @@ def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
     said = told(take)
     assert "within their errors" not in said
     assert "have no errors" not in said  # it read as if the figures were exact
-    assert "errors of the angles are not known" in said
+    assert "Check.</b> The errors of the angles are not known" in said  # "Usable" nobody knows
     # "Some figures may be off by more than their errors" stood above figures of which none had one.
     doubtful = told(take.with_(findings=(own_notice("test.rubber", "Bones vary.", "suspicious"),)))
     assert "Some figures may be off." in doubtful
