@@ -176,27 +176,28 @@ def joined(parts: Sequence[Stated]) -> Stated:
     )
 
 
-def fitted(takes: Sequence[Stated], squares: Squares, covered: float = STRANGERS) -> np.ndarray:
-    """(K,) the weights, none below 0."""
+def fitted(takes: Sequence[Stated], squares: Squares, on_top: bool = False) -> np.ndarray:
+    """(K,) the weights, none below 0, by which STRANGERS of the cases are inside; on_top: beside the bars that are."""
     from scipy.optimize import minimize
 
     takes = [thinned(take) for take in takes]
     x = np.concatenate([squares(take) for take in takes])
+    own = np.concatenate([on_top * take.half**2 for take in takes])
     error = np.log(np.abs(np.concatenate([take.error for take in takes])) + _TINY)
     parts = [None, *(use for name in takes[0].known for use in _tenths(takes, name))]
     weight = np.mean([each / each.sum() for each in (weights(takes, use) for use in parts)], axis=0)
     size = np.average(error, weights=weight)
     error = error - size  # so that a part is as small in any unit
     usual = np.average(x, axis=0, weights=weight) + _TINY
-    x = x / usual
+    x, own = x / usual, own / np.exp(2 * size)
 
     def loss(logs: np.ndarray) -> tuple[float, np.ndarray]:
         parts = x * np.exp(logs)
-        total = parts.sum(axis=1) + _TINY
+        total = parts.sum(axis=1) + own + _TINY
         over = error - 0.5 * np.log(total)
         soft = np.logaddexp(0, over / _SOFT) * _SOFT  # max(over, 0), with a round corner
-        value = weight @ (soft - (1 - covered) * over)
-        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - covered)
+        value = weight @ (soft - (1 - STRANGERS) * over)
+        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - STRANGERS)
         return float(value), -0.5 * ((weight * slope / total) @ parts)
 
     start = np.full(x.shape[1], np.log(3 / x.shape[1]))
@@ -205,16 +206,17 @@ def fitted(takes: Sequence[Stated], squares: Squares, covered: float = STRANGERS
 
 
 def held_out(
-    by_group: Mapping[str, Sequence[Stated]], squares: Squares, covered: float = STRANGERS
+    by_group: Mapping[str, Sequence[Stated]], squares: Squares, on_top: bool = False
 ) -> dict[str, list[Stated]]:
     """Each person's takes with the bars that those of all the others ask for, of all groups together; by group."""
     takes = [take for group in by_group.values() for take in group]
     out: dict[str, list[Stated]] = {name: [] for name in by_group}
     for person in sorted({take.person for take in takes}):
-        found = fitted([take for take in takes if take.person != person], squares, covered)
+        found = fitted([take for take in takes if take.person != person], squares, on_top)
         for name, group in by_group.items():
             own = (take for take in group if take.person == person)
-            out[name] += [replace(take, half=np.sqrt(squares(take) @ found)) for take in own]
+            bars = ((take, on_top * take.half**2 + squares(take) @ found) for take in own)
+            out[name] += [replace(take, half=np.sqrt(bar)) for take, bar in bars]
     return out
 
 

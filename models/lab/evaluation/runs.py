@@ -39,6 +39,7 @@ from .testbed import (
     LiftedTake,
     SeenTake,
     lifted_takes,
+    posed,
     see,
     seen_from,
     simulated_look,
@@ -132,7 +133,8 @@ class Configuration:
     the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
     filmed. real: the name of a take before four real cameras (real_data.py), in place of virtual takes; then the image
     is the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
-    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`)."""
+    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). pose: of
+    testbed.POSES, that bodies are put in."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -145,6 +147,7 @@ class Configuration:
     real: str = ""
     errors: Path | None = None
     unsuspected: float = 1.0
+    pose: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +207,8 @@ def _virtual(
             views = seen_from(clip, configuration.side, usual) if configuration.side else usual
             if views is None:
                 continue
-            truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
+            moving = posed(at_rate(clip, configuration.fps), configuration.pose, question.seed)
+            truth = see(moving, question.seed, views=views)
             truth = unsuspected(truth, configuration.unsuspected)
             yield of.label, truth, given(truth, question.seed, configuration)
 

@@ -60,7 +60,8 @@ def steps() -> list[Step]:
 
 def kit(seed: int, fit: bool, output: Path) -> None:
     """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
-    errors.tables(Question(seed=seed), errors.FITTED if fit else None, fit, output.parent)
+    parts = (*errors.FITTED, *errors.POSED) if fit else None
+    errors.tables(Question(seed=seed), parts, fit, output.parent)
 
 
 def take_steps(folder: Path, of: Sequence[Step]) -> None:

@@ -6,10 +6,11 @@ import pytest
 from golden.bodies import facing_camera
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.evaluation import testbed as module
-from pcnet3d.models.lab.evaluation.testbed import lay_down, lifted_takes, see, write_takes
+from pcnet3d.models.lab.evaluation.testbed import lay_down, lifted_takes, posed, see, write_takes
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.signals.angles import angles
 from refusals import refused
 
 
@@ -64,6 +65,22 @@ def test_a_laid_body_lies_and_moves_as_before():
         assert (np.abs(trunk_lean_deg(laid.joints) - 90) < 40).all()
         assert abs(np.quantile(laid.joints[..., 2], 0.05)) < 1e-5
     np.testing.assert_array_equal(laid.joints, lay_down(upright, np.random.default_rng(2)).joints)
+
+
+def test_raised_arms_point_as_far_up_as_they_hung_and_keep_their_elbows():
+    hanging, sides = clip(), set()
+    before = angles(hanging.joints.astype(np.float64))
+    for seed in range(8):
+        after = angles(posed(hanging, "arms raised", seed).joints.astype(np.float64))
+        raised = [side for side in "rl" if after[f"{side}_shoulder_elevation"].min() > 90]
+        for side in raised:
+            name = f"{side}_shoulder_elevation"
+            np.testing.assert_allclose(after[name], 180 - before[name], atol=0.1)
+        for name in ("r_elbow_flexion", "l_elbow_flexion", "r_knee_flexion"):
+            np.testing.assert_allclose(after[name], before[name], atol=1.0)
+        sides.add("".join(raised))
+    assert sides == {"r", "l", "rl"}
+    assert posed(hanging, "", 0) is hanging
 
 
 def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
