@@ -265,7 +265,7 @@ def _ranges(measures: Measures) -> Iterator[str]:
     for each in joint_ranges(measures.group("range_of_motion"))[:1]:
         parts = [f"{each.words(side)}{f' ({side})' * bool(side)}" for side in each.ends]
         unknown = " (errors not known)" * (not each.has_error)
-        yield f"In nine of ten frames: {label_of(each.angle)} {', '.join(parts)}{unknown}."
+        yield f"In nine of ten frames that show it: {label_of(each.angle)} {', '.join(parts)}{unknown}."
 
 
 def joint_ranges(ranges: Measures) -> list[JointRange]:

@@ -26,7 +26,7 @@ from .player import skeleton_player
 from .sections import gravity_words, provenance_of, session_words
 from .trust import trust
 
-_RANGES = "Joint angles: the lowest and the highest of nine in ten frames."
+_RANGES = "Joint angles: the lowest and the highest of nine in ten frames that show them."
 _UNKNOWN = "Where an angle has no ±, its error is not known."
 
 
