@@ -110,7 +110,10 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_nothing_is_den
     }
     groups = {"walking": {"observable_percent": 12.0}, "jumps": {"observable_percent": 0.0}}
     (joints,) = answer(take(range_of_motion=RANGES | beyond, **groups))
-    assert joints == "In nine of ten frames that show it: knee flexion 8 to 68 ± 12° (right), 10 to 80 ± 7° (left)."
+    assert (
+        joints
+        == "In nine of ten frames that show it: knee flexion 8 to 68 ± 12° (right), 10 to 80 ± 7° (left)."
+    )
     assert "elbow" not in joints  # beyond what joints reach
 
 
