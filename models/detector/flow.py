@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -43,6 +44,8 @@ _ALIKE = 0.41
 # the limbs move about the body is not: of the whole body's movement so large a share is left out.
 _BETTER, _COMMON = 0.05, 0.7
 _OTHER_WAY = 0.15
+_ALL = (-3, -2, -1)  # axes of movements: pairs, joints, coordinates
+_AT_ONCE = 512  # ways that are tried together: some megabytes
 _OF_A_PART = 0.6  # of the best of all shifts: among so many one is alike by chance
 
 
@@ -133,7 +136,7 @@ def flow_of(
     first, last = keypoints.frame_index[[0, -1]].tolist()
 
     def moved(number: Callable[[np.ndarray], np.ndarray], mirrored: bool = False) -> Movements:
-        """(P, J, 2) movements of image and keypoints that have these numbers at the video's frames."""
+        """(..., P, J, 2) movements of image and keypoints that have these numbers (..., P) at the video's frames."""
         before, after = (_at(keypoints.frame_index, points, number(frames)) for frames in (starts, ends))
         if mirrored:
             before, after = ((scale * (width - 1), 0) - part * (1, -1) for part in (before, after))
@@ -145,25 +148,29 @@ def flow_of(
         cuts = [int(start) for start in starts[1:][np.diff(starts) > 1]]
         ways += [Way(0, rate) for rate in _rates(last - first)]
         ways += [Way(lag, 1.0, cut) for lag in lags for cut in cuts if lag]
-    tried = {way: moved(way.numbers(first)) for way in ways}
     numbered = moved(lambda frames: frames)
-    better = {way: _gain(tried[way], numbered) if near else _alike(*tried[way]) for way in ways}
+    better: dict[Way, float] = {}
+    for some in blocks(len(ways), _AT_ONCE):
+        tried = moved(lambda frames, some=some: np.array([way.numbers(first)(frames) for way in ways[some]]))
+        values = _gain(tried, numbered) if near else _alike(*tried)
+        better |= zip(ways[some], values.tolist(), strict=True)
     way = max(ways, key=lambda way: (better[way], way.since is None, -abs(way.lag), -abs(way.rate - 1)))
-    gain = better[way] if near else better[way] - _alike(*numbered)
-    joints = _count(*numbered)
+    best = moved(way.numbers(first))
+    gain = better[way] if near else better[way] - float(_alike(*numbered))
+    joints = int(_count(*numbered))
     if joints < _FEWEST:  # as where a part is numbered from 0, and nobody was there yet
         if near or better[way] < _OF_A_PART:
             return None
-        numbered, joints = tried[way], _count(*tried[way])
+        numbered, joints = best, int(_count(*best))
     return Flow(
         joints,
         float(np.sqrt((numbered[1] ** 2).sum() / joints)),
-        _alike(*numbered),
-        _alike(*tried[way]),
+        float(_alike(*numbered)),
+        float(_alike(*best)),
         gain,
         way,
-        mirrored=_alike(*moved(lambda frames: frames, mirrored=True)),
-        backwards=_alike(*moved(lambda frames: first + last - frames)),
+        mirrored=float(_alike(*moved(lambda frames: frames, mirrored=True))),
+        backwards=float(_alike(*moved(lambda frames: first + last - frames))),
     )
 
 
@@ -175,62 +182,63 @@ def _rates(rows: int) -> list[float]:
 
 
 def _at(numbers: np.ndarray, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """(N, J, 2) points (T, J, 2) of these numbers (T,) at wanted ones (N,), between two on a line; NaN where not seen,
-    and where there is no row of that number."""
+    """(..., J, 2) points (T, J, 2) of these numbers (T,) at wanted ones (...), between two on a line; NaN where not
+    seen, and where there is no row of that number."""
     whole = np.floor(wanted + 1e-9).astype(int)
-    share = np.maximum(wanted - whole, 0.0)[:, None, None]
+    share = np.maximum(wanted - whole, 0.0)[..., None, None]
 
     def of(number: np.ndarray) -> np.ndarray:
         rows = np.minimum(np.searchsorted(numbers, number), len(numbers) - 1)
-        return np.where((numbers[rows] == number)[:, None, None], points[rows], np.nan)
+        return np.where((numbers[rows] == number)[..., None, None], points[rows], np.nan)
 
     return np.where(share < 1e-9, of(whole), (1 - share) * of(whole) + share * of(whole + 1))
 
 
 def _moved(fields: np.ndarray, start: np.ndarray, end: np.ndarray) -> Movements:
-    """(P, J, 2) movements of the images, by their flow (P, H, W, 2), and of keypoints from start to end (P, J, 2); both
-    0 where one is not known."""
+    """(..., P, J, 2) movements of the images, by their flow (P, H, W, 2), and of keypoints from start to end
+    (..., P, J, 2); both 0 where one is not known."""
     column, row = np.moveaxis(np.round(np.nan_to_num(start, nan=-1)).astype(int), -1, 0)
     inside = (
         is_finite(start) & is_finite(end)
         & (column >= 0) & (column < fields.shape[2]) & (row >= 0) & (row < fields.shape[1])
     )  # fmt: skip
-    pair, _ = np.nonzero(inside)
+    pair = np.nonzero(inside)[-2]
     image, moved = np.zeros(start.shape), np.zeros(start.shape)
     image[inside], moved[inside] = fields[pair, row[inside], column[inside]], (end - start)[inside]
     return image, moved
 
 
-def _count(image: np.ndarray, moved: np.ndarray) -> int:
-    """How many movements are known."""
-    return int((image.any(axis=-1) | moved.any(axis=-1)).sum())
+def _count(image: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """(...) how many movements (..., P, J, 2) are known."""
+    return (image.any(axis=-1) | moved.any(axis=-1)).sum(axis=(-2, -1))
 
 
-def _alike(image: np.ndarray, moved: np.ndarray) -> float:
-    """How alike movements are, from 1 to -1; 0 where too few are known."""
-    spread = float(np.sqrt((image**2).sum() * (moved**2).sum()))
-    return float((image * moved).sum()) / spread if spread > 0 and _count(image, moved) >= _FEWEST else 0.0
+def _alike(image: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """(...) how alike movements (..., P, J, 2) are, from 1 to -1; 0 where too few are known."""
+    own, others, both = ((a * b).sum(axis=_ALL) for a, b in ((image, image), (moved, moved), (image, moved)))
+    spread = np.sqrt(own * others)
+    known = (spread > 0) & (_count(image, moved) >= _FEWEST)
+    return np.where(known, both / np.where(known, spread, 1.0), 0.0)
 
 
-def _gain(tried: Movements, numbered: Movements) -> float:
-    """By how much more alike movements are than as they are numbered, in the pairs of images that both have; 0 where
-    these are less than half of the pairs."""
-    visible = numbered[1].any(axis=(1, 2))
-    both = visible & tried[1].any(axis=(1, 2))
-    if both.sum() < visible.sum() / 2:
-        return 0.0
+def _gain(tried: Movements, numbered: Movements) -> np.ndarray:
+    """(...) by how much more alike movements (..., P, J, 2) are than as they are numbered (P, J, 2), in the pairs of
+    images that both have; 0 where these are less than half of the pairs."""
+    visible = numbered[1].any(axis=(-2, -1))
+    both = visible & tried[1].any(axis=(-2, -1))
     old, new = (
-        _alike(*(_less_common(part[both], each[1][both]) for part in each)) for each in (numbered, tried)
+        _alike(*(_less_common(part * both[..., None, None], each[1]) for part in each))
+        for each in (numbered, tried)
     )
-    return new - old if new and old else 0.0
+    told = (both.sum(axis=-1) >= visible.sum() / 2) & (new != 0) & (old != 0)
+    return np.where(told, new - old, 0.0)
 
 
 def _less_common(movements: np.ndarray, keypoints: np.ndarray) -> np.ndarray:
-    """Movements (P, J, 2) less most of what a pair's joints have in common; keypoints: tells which are known."""
+    """Movements (..., P, J, 2) less most of what a pair's joints have in common; keypoints: tells which are known."""
     visible = keypoints.any(axis=-1, keepdims=True)
-    common = (movements * visible).sum(axis=1, keepdims=True) / np.maximum(
-        visible.sum(axis=1, keepdims=True), 1
-    )
+    count = np.maximum(visible.sum(axis=-2, keepdims=True), 1)
+    common = (movements * visible).sum(axis=-2, keepdims=True) / count
     return (movements - _COMMON * common) * visible
 
 
