@@ -215,8 +215,8 @@ def _count(image: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 def _alike(image: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """(...) how alike movements (..., P, J, 2) are, from 1 to -1; 0 where too few are known."""
-    own, others, both = ((a * b).sum(axis=_ALL) for a, b in ((image, image), (moved, moved), (image, moved)))
-    spread = np.sqrt(own * others)
+    both = (image * moved).sum(axis=_ALL)
+    spread = np.sqrt((image**2).sum(axis=_ALL) * (moved**2).sum(axis=_ALL))
     known = (spread > 0) & (_count(image, moved) >= _FEWEST)
     return np.where(known, both / np.where(known, spread, 1.0), 0.0)
 
@@ -225,7 +225,7 @@ def _gain(tried: Movements, numbered: Movements) -> np.ndarray:
     """(...) by how much more alike movements (..., P, J, 2) are than as they are numbered (P, J, 2), in the pairs of
     images that both have; 0 where these are less than half of the pairs."""
     visible = numbered[1].any(axis=(-2, -1))
-    both = visible & tried[1].any(axis=(-2, -1))
+    both = np.asarray(visible & tried[1].any(axis=(-2, -1)))
     old, new = (
         _alike(*(_less_common(part * both[..., None, None], each[1]) for part in each))
         for each in (numbered, tried)

@@ -99,14 +99,14 @@ def told_up(told: Told) -> list[Evidence]:
     return [direction(_ANGLES, view_rotation(*angles)[:, 2], _TOLD_DEG)]
 
 
-def held(up: np.ndarray) -> float:
-    """How usual a camera of that up (3,) is: a density in pitch and roll over that of the most usual one."""
+def held(up: np.ndarray) -> np.ndarray:
+    """(...) how usual a camera of that up (..., 3) is: a density in pitch and roll over that of the most usual one."""
     usual = anyhow = 1.0
-    angles = pitch_roll_deg(np.asarray(up, dtype=np.float64))
+    angles = np.moveaxis(pitch_roll_deg(np.asarray(up, dtype=np.float64)), -1, 0)
     for angle, (middle, spread) in zip(angles, _USUAL_DEG, strict=True):
-        usual *= np.exp(-0.5 * ((angle - middle) / spread) ** 2)
-        anyhow *= np.exp(-0.5 * ((angle - middle) / _ANYHOW_DEG) ** 2) * spread / _ANYHOW_DEG
-    return float((1 - _ANYHOW) * usual + _ANYHOW * anyhow)
+        usual = usual * np.exp(-0.5 * ((angle - middle) / spread) ** 2)
+        anyhow = anyhow * np.exp(-0.5 * ((angle - middle) / _ANYHOW_DEG) ** 2) * spread / _ANYHOW_DEG
+    return np.asarray((1 - _ANYHOW) * usual + _ANYHOW * anyhow)
 
 
 def doubtful(up: np.ndarray, failure: float) -> bool:

@@ -253,7 +253,7 @@ def _grid() -> tuple[np.ndarray, np.ndarray]:
     inside = angle <= np.radians(_WIDEST_DEG)
     ratio = np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
     ups = np.stack([x * ratio, -np.cos(angle), z * ratio], axis=-1)[inside]
-    return ups, np.array([log_before(up) for up in ups])
+    return ups, log_before(ups)
 
 
 def _modes(segments: Segments, chance: np.ndarray, focal: float) -> list[np.ndarray]:
@@ -267,7 +267,7 @@ def _modes(segments: Segments, chance: np.ndarray, focal: float) -> list[np.ndar
     gain += before
     chosen: list[np.ndarray] = []
     for row in np.argsort(-gain):
-        if all(angle_deg(ups[row], other) > _APART_DEG for other in chosen):
+        if (angle_deg(ups[row], np.reshape(chosen, (-1, 3))) > _APART_DEG).all():
             chosen.append(ups[row])
         if len(chosen) == _MODES:
             break
@@ -342,6 +342,6 @@ def _moved(fit: Fit, change: np.ndarray) -> Fit:
     )
 
 
-def log_before(up: np.ndarray) -> float:
-    """What speaks for an up (3,) before any line, on the scale of gains: how cameras are held."""
-    return _DESIGN * float(np.log(held(up) + 1e-9))
+def log_before(up: np.ndarray) -> np.ndarray:
+    """(...) what speaks for an up (..., 3) before any line, on the scale of gains: how cameras are held."""
+    return _DESIGN * np.log(held(up) + 1e-9)

@@ -40,10 +40,11 @@ def draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, ed
     wide."""
     import cv2
 
+    known, pixels = is_finite(at), np.nan_to_num(np.round(at * (1 << FIXED))).astype(int)
     for bone in layout.bones:
-        ends = at[layout.indices(bone)]
-        if is_finite(ends).all():
-            start, end = np.round(ends * (1 << FIXED)).astype(int).tolist()
+        ends = layout.indices(bone)
+        if known[ends].all():
+            start, end = pixels[ends].tolist()
             if edge:
                 cv2.line(image, start, end, HORIZON, thick + 2 * edge, cv2.LINE_AA, FIXED)
             cv2.line(image, start, end, side_colour(*bone), thick, cv2.LINE_AA, FIXED)
