@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 
 import numpy as np
 from markupsafe import Markup
@@ -171,13 +172,15 @@ def _ticks(low: float, high: float, most: int) -> list[tuple[float, str]]:
 def _line(x: np.ndarray, y: np.ndarray) -> str:
     """The `d` of an SVG path through points, begun anew behind every gap; a point between gaps is a dot."""
     parts, drawing = [], False
-    drawable = np.isfinite(x) & np.isfinite(y)
-    for i in range(len(x)):
-        if drawable[i]:
-            parts.append(f"{'L' if drawing else 'M'}{x[i]:.1f} {y[i]:.1f}")
-            if not drawing and not (i + 1 < len(x) and drawable[i + 1]):
+    drawable = (np.isfinite(x) & np.isfinite(y)).tolist()
+    for across, up, here, goes_on in zip(
+        x.tolist(), y.tolist(), drawable, [*drawable[1:], False], strict=True
+    ):
+        if here:
+            parts.append(f"{'L' if drawing else 'M'}{across:.1f} {up:.1f}")
+            if not drawing and not goes_on:
                 parts.append("h.1")
-        drawing = bool(drawable[i])
+        drawing = here
     return "".join(parts)
 
 
@@ -186,9 +189,9 @@ def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
     drawable = is_finite(np.stack([x, bottom, top], axis=-1))
     pieces = []
     for start, stop in stretches(np.asarray(drawable)):
-        rows = [*range(start, stop)]
-        points = [f"{x[i]:.1f} {bottom[i]:.1f}" for i in rows]
-        points += [f"{x[i]:.1f} {top[i]:.1f}" for i in reversed(rows)]
+        there = np.stack([x, bottom], axis=-1)[start:stop]
+        back = np.stack([x, top], axis=-1)[start:stop][::-1]
+        points = [f"{across:.1f} {up:.1f}" for across, up in [*there.tolist(), *back.tolist()]]
         pieces.append(f"M{'L'.join(points)}z")
     return "".join(pieces)
 
@@ -204,10 +207,10 @@ def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float)
         margin = np.full(len(at), np.nan) if thinned or curve.margin is None else curve.margin
         columns.append(
             [
-                "–" if not np.isfinite(a)
+                "–" if not isfinite(a)
                 else f"{a:z.{digits}f} to {b:z.{digits}f}" if thinned
-                else f"{a:z.{digits}f}" + (f" ± {off:.{digits}f}" if np.isfinite(off) else "")
-                for a, b, off in zip(low, high, margin, strict=True)
+                else f"{a:z.{digits}f}" + (f" ± {off:.{digits}f}" if isfinite(off) else "")
+                for a, b, off in zip(low.tolist(), high.tolist(), margin.tolist(), strict=True)
             ]
         )  # fmt: skip
     return Markup("".join(f"<tr><td>{'<td>'.join(row)}" for row in zip(*columns, strict=True)))
@@ -215,6 +218,6 @@ def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float)
 
 def _places(at: np.ndarray, digits: int) -> list[str]:
     """Values along x to so many decimals, or to more where two would be alike: charts.js finds its rows by them."""
-    places = [f"{x:z.{digits}f}" for x in at]
+    places = [f"{x:z.{digits}f}" for x in at.tolist()]
     alike = len({*places}) < len(places)
     return _places(at, digits + 1) if alike and digits < _MOST_DECIMALS else places
