@@ -111,11 +111,9 @@ def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tup
     their standard deviations (T, 17, 2) across the ray (of one axis) and along it, in the same unit."""
     opened = network(model)
     parts = []
-    for start in range(0, len(x), chunk):
-        first, last = max(start - opened.reach, 0), min(start + chunk + opened.reach, len(x))
-        answer = opened.session.run(["joints", "sd"], {"features": x[None, first:last]})
-        kept = slice(start - first, start - first + min(chunk, len(x) - start))
-        parts.append([each[0, kept] for each in answer])
+    for _, around, inside in overlapping(len(x), chunk, opened.reach):
+        answer = opened.session.run(["joints", "sd"], {"features": x[None, around]})
+        parts.append([each[0, inside] for each in answer])
     joints, sd = (np.concatenate(each) for each in zip(*parts, strict=True))
     return joints, sd
 
