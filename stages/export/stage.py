@@ -3,6 +3,7 @@ and others on request."""
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,6 +16,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.rotations import angle_deg, rotate
+from ...pipeline.core.system import cores
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
 from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
@@ -89,11 +91,11 @@ class Export:
     def __call__(self, take: Take) -> Take:
         self.check_told(take.told)
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_poses(take, self.folder / POSES)
-        write_parquet(take, self.folder / KINEMATICS)
+        files = {POSES: write_poses, KINEMATICS: write_parquet}
         if take.measures is not None:
-            write_measures(take, self.folder / "measures.csv")
-            write_strides(take, self.folder / "strides.csv")
+            files |= {"measures.csv": write_measures, "strides.csv": write_strides}
+        with ThreadPoolExecutor(cores()) as pool:  # half of it is compression, which leaves Python to others
+            list(pool.map(lambda file: files[file](take, self.folder / file), files))
         for writer in self._writers().values():
             options = {"names": self.names} if _has_bones(writer) else {}
             take = take.saying(*(writer.write(take, self.folder / writer.file, **options) or ()))
