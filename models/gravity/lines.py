@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
-from ...pipeline.core.rotations import angle_deg, from_columns, unit
+from ...pipeline.core.rotations import angle_deg, from_columns, norm, unit
 from ...pipeline.core.system import cores
 from .evidence import held
 
@@ -228,7 +228,7 @@ def _sine(segments: Segments, direction: np.ndarray, focal: float, centre: np.nd
     """(..., N) sine of the angle between each segment and the image of lines along direction (..., 3) at its middle."""
     middle = segments.middle - centre
     shown = focal * direction[..., None, :2] - middle * direction[..., None, 2:]
-    length = np.maximum(np.linalg.norm(shown, axis=-1), 1e-9)
+    length = np.maximum(norm(shown), 1e-9)
     cross = shown[..., 0] * segments.direction[:, 1] - shown[..., 1] * segments.direction[:, 0]
     return cross / length
 
