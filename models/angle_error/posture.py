@@ -13,6 +13,7 @@ import numpy as np
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import angle_deg
+from ...pipeline.signals.angles import ANGLES
 
 POSTURES = ("upright", "bent", "arms overhead", "crouched", "lying")
 FEATURES = ("lean", "low", "arms", "speed")
@@ -28,14 +29,15 @@ _UNITS = {"lean": 45.0, "low": 0.25, "arms": 60.0, "speed": 1.0}
 def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
     """{name of FEATURES: (T,)} of joints (T, 17, 3) in BODY, of any unit, at times (T,): lean of the trunk from upright
     and the higher upper arm's angle from the trunk, degrees; how high the pelvis is over the lower ankle, statures; and
-    the mean speed of the joints about the pelvis, statures a second. NaN where it is not known."""
+    the mean speed of the joints about the pelvis, statures a second. NaN where it is not known. r_arm, l_arm: as arms,
+    of either arm."""
     body = body.astype(np.float64)
 
     def way(start: str, end: str) -> np.ndarray:
         return body[:, H36M17.index(end)] - body[:, H36M17.index(start)]
 
     trunk, up = way("pelvis", "thorax"), np.broadcast_to([0.0, 0.0, 1.0], (len(body), 3))
-    arms = [angle_deg(way(f"{side}_shoulder", f"{side}_elbow"), -trunk) for side in "rl"]
+    arms = {f"{side}_arm": angle_deg(way(f"{side}_shoulder", f"{side}_elbow"), -trunk) for side in "rl"}
     reach = max(round(_SPEED_S / max(float(np.median(np.diff(time_s))), 1e-9)), 1) if len(body) > 1 else 0
     rows = np.arange(len(body))
     first, last = np.maximum(rows - reach, 0), np.minimum(rows + reach, len(rows) - 1)
@@ -44,7 +46,8 @@ def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
         return {
             "lean": angle_deg(trunk, up),
             "low": lowness(body),
-            "arms": np.fmax(*arms),
+            "arms": np.fmax(*arms.values()),
+            **arms,
             "speed": moved / (time_s[last] - time_s[first]) / implied_stature(body),
         }
 
@@ -55,13 +58,21 @@ def lowness(body: np.ndarray) -> np.ndarray:
     return (pelvis - np.fmin(*ankles)) / implied_stature(body)
 
 
-def growth(of: Mapping[str, np.ndarray]) -> np.ndarray:
+def arms_of(angle: str) -> str:
+    """Which of `features` says how far the arms are raised that an angle's errors grow with: its own arm, or the
+    higher one."""
+    joints = ANGLES[angle].joints if angle in ANGLES else ()
+    return f"{angle[0]}_arm" if any(joint.endswith("_elbow") for joint in joints) else "arms"
+
+
+def growth(of: Mapping[str, np.ndarray], arms: str = "arms") -> np.ndarray:
     """(T, 4) how far each feature is beyond a standing or walking person's, 0 where it is not, or not known; of lean
-    1 is 45 degrees, of a low pelvis a quarter of the stature, of arms 60 degrees, of speed a stature a second."""
+    1 is 45 degrees, of a low pelvis a quarter of the stature, of arms 60 degrees, of speed a stature a second. arms: of
+    `arms_of`."""
     beyond = {
         "lean": of["lean"] - _BENT_DEG / 2,
         "low": _STANDS - of["low"],
-        "arms": of["arms"] - 90.0,
+        "arms": of[arms] - 90.0,
         "speed": of["speed"] - _USUAL,
     }
     return np.stack([np.fmax(np.nan_to_num(beyond[name]), 0.0) / _UNITS[name] for name in FEATURES], axis=-1)

@@ -3,7 +3,7 @@ velocities, smoothed by the stated errors."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 
@@ -32,7 +32,7 @@ from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, has_foot_a
 from ..common.spread import stated_spread
 from ..smoother import known_noise
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
-from .posture import features, growth
+from .posture import arms_of, features, growth
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
 # Chosen on lifted takes of validation subjects (pcnet3d lab evaluate errors -o DIR).
@@ -78,13 +78,13 @@ class TakeJoints:
 class LiftErrors:
     """Of lifted joints in CAMERA axes, whose noise is known in depth and across. error_deg, up_error_deg: (T,) of the
     rectification. noise: of the lifter. stated: (T,) the lifter's own error, as of `noise_size`, None without.
-    growth: (T, 4) of the posture (posture.growth), None where it does not count."""
+    growth: of the posture (`growth_of`), None where it does not count."""
 
     error_deg: np.ndarray
     up_error_deg: np.ndarray
     noise: JointNoise
     stated: np.ndarray | None = None
-    growth: np.ndarray | None = None
+    growth: Mapping[str, np.ndarray] | None = None
 
 
 def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
@@ -115,7 +115,7 @@ def _angles(
         sd = angle_sd(
             body, of.R_source_from_body, errors.error_deg[rows], errors.up_error_deg[rows], size[rows], noise
         )
-        beyond = None if errors.growth is None else errors.growth[rows]
+        beyond = None if errors.growth is None else {arms: of[rows] for arms, of in errors.growth.items()}
     visible, filtered = (is_finite(toes_completed(joints, of.layout)) for joints in (of.joints, of.filtered))
     hidden = np.zeros(visible.shape, dtype=bool) if of.unseen is None else of.unseen & ~visible
     defined = ANGLES
@@ -126,7 +126,7 @@ def _angles(
     for name, angle in defined.items():
         parts = of.layout.indices([joint for joint in angle.joints if joint in of.layout])
         own, tilt = sd.get(name, (unknown, unknown))
-        whole = noise.whole(name, own, tilt, values[name], beyond)
+        whole = noise.whole(name, own, tilt, values[name], beyond[arms_of(name)] if beyond else None)
         measured, smooth = visible[:, parts].all(axis=1), filtered[:, parts].all(axis=1)
         level = turned & of.level_ok if angle.needs_gravity else smooth | turned
         undefined = np.isnan(values[name])
@@ -145,10 +145,11 @@ def _angles(
     return out
 
 
-def growth_of(of: TakeJoints, time_s: np.ndarray) -> np.ndarray:
-    """(T, 4) of posture.growth, at times (T,)."""
+def growth_of(of: TakeJoints, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    """{of posture.arms_of: (T, 4) of posture.growth}, at times (T,)."""
     filtered = of.filtered[:, : len(H36M17)]
-    return growth(features(rotate(transpose(of.R_source_from_body), filtered), time_s))
+    posture = features(rotate(transpose(of.R_source_from_body), filtered), time_s)
+    return {arms: growth(posture, arms) for arms in ("arms", "r_arm", "l_arm")}
 
 
 def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:

@@ -26,7 +26,7 @@ from ....pipeline.signals.angles import ANGLES, FINE, MIDLINE, continuous, near,
 from ....pipeline.signals.filters import derivative
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from ...angle_error.posture import features, posture
+from ...angle_error.posture import FEATURES, arms_of, features, posture
 from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import TakeJoints, angle_rates, angle_series, smoothed, take_angles
 from ..common.metrics import person_size, scaled
@@ -175,7 +175,7 @@ def angles(
         transpose(rectified.R_source_from_body) @ rectified.R_source_from_level, take.need("filtered").joints
     )
     of = features(body, take.need("poses").times)
-    stands = {**of, "posture": posture(of)}
+    stands = {**{name: of[name] for name in FEATURES}, "posture": posture(of)}
     parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
     R = truth.R_camera_from_body
     true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
@@ -189,6 +189,7 @@ def angles(
         use &= np.isfinite(raw.noise_deg)
         error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
         known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg, **stands}
+        known["arms"] = of[arms_of(name)]
         parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate)}

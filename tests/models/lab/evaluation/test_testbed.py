@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from golden.bodies import facing_camera
+from pcnet3d.models.angle_error.posture import arms_of, features, growth
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.evaluation import testbed as module
 from pcnet3d.models.lab.evaluation.testbed import lay_down, lifted_takes, posed, see, write_takes
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.signals.angles import angles
+from pcnet3d.pipeline.signals.angles import ANGLES, angles
 from refusals import refused
 
 
@@ -81,6 +82,15 @@ def test_raised_arms_point_as_far_up_as_they_hung_and_keep_their_elbows():
         sides.add("".join(raised))
     assert sides == {"r", "l", "rl"}
     assert posed(hanging, "", 0) is hanging
+
+
+def test_a_raised_arm_widens_its_own_angles_and_not_the_other_arms():
+    takes = (posed(clip(), "arms raised", seed) for seed in range(8))
+    every = (features(take.joints, np.arange(50) / 30) for take in takes)
+    of = next(of for of in every if of["l_arm"].max() < 90)
+    by_angle = {name: growth(of, arms_of(name))[:, 2].min() for name in ANGLES}
+    assert by_angle["r_elbow_flexion"] == by_angle["pelvis_obliquity"] > 0.5
+    assert by_angle["l_elbow_flexion"] == by_angle["l_shoulder_flexion"] == 0
 
 
 def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
