@@ -19,7 +19,12 @@ CHANGES = {
     "paper": {"batch": 64, "net": SMALL},
     "mmfi": {"batch": 64, "net": SMALL},
 }
-LOSSES = {"lifter": 0.976859, "pcnet": 1.217926, "paper": 4.288163, "mmfi": 4.536984}
+LOSSES = {
+    "lifter": (0.711365, 1.249924, 0.969290),
+    "pcnet": (1.052099, 1.265953, 1.335718),
+    "paper": (4.166024, 4.460205, 4.237181),
+    "mmfi": (4.596923, 4.618149, 4.396521),
+}
 
 
 @pytest.mark.parametrize("name", CHANGES)
@@ -34,12 +39,15 @@ def test_the_first_steps_lose_as_much_as_ever(name, tmp_path, monkeypatch):
     folder = files(module.__package__)
     content = tomllib.loads(folder.joinpath(f"{name}.toml").read_text(encoding="utf-8")) | CHANGES[name]
     content |= {"bf16": False, "data": SAMPLE / "cmu_mocap.npz", "split": tmp_path / "split.json"}
-    content["schedule"] |= {"steps": 3, "every": 3, "warmup": 2}
+    content["schedule"] |= {"steps": 3, "every": 1, "warmup": 2}
     if name == "lifter":
         content["material"]["lying"] = 0.0
     else:
         content |= {"lifted": [], "lifted_val": [], "start": None}
         content["mixture"] |= {"lifted": 0.0, "lying": 0.0}
     module.train(module.TrainConfig.model_validate(content), tmp_path / "out")
-    log = json.loads((tmp_path / "out" / "log.jsonl").read_text())
-    assert log["loss"] == pytest.approx(LOSSES[name], rel=1e-4)
+    log = (tmp_path / "out" / "log.jsonl").read_text().splitlines()
+    first, *later = (json.loads(line)["loss"] for line in log)
+    assert first == pytest.approx(LOSSES[name][0], rel=1e-5)
+    # Muon works in bfloat16, which processors round differently: by up to 5e-4 of a loss.
+    assert later == pytest.approx(LOSSES[name][1:], rel=2e-3)
