@@ -76,10 +76,11 @@ package: .venv-package/.installed
 	.venv/$(BIN)/pip install -q -e .
 	touch $@
 
+# Without compiling: of thousands of modules the tests import a few hundred, which are compiled then.
 .venv-test/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv-test
-	.venv-test/$(BIN)/pip install -q "$(TORCH)"
-	.venv-test/$(BIN)/pip install -q -e ".[train,dev,docs]"
+	.venv-test/$(BIN)/pip install -q --no-compile "$(TORCH)"
+	.venv-test/$(BIN)/pip install -q --no-compile -e ".[train,dev,docs]"
 	touch $@
 
 clean:
