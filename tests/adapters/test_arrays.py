@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.bodies import turning
 from golden.detections import AS_COCO
 from golden.lifters import smoothed
 from pcnet3d.adapters import arrays, read
@@ -11,12 +12,8 @@ from pcnet3d.pipeline.core.layouts import LAYOUTS
 from refusals import refused
 
 FRAMES = 60
+RELATIVE = turning(FRAMES)
 H36M_METRES = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
-
-
-@pytest.fixture
-def relative(turning) -> np.ndarray:
-    return turning(FRAMES)
 
 
 @pytest.fixture
@@ -30,16 +27,16 @@ def save(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "size"), [("mm", 1000.0), ("cm", 100.0), ("inch", 1 / 0.0254), ("m", 1.0)])
-def test_lengths_become_metres(save, relative, unit, size):
-    poses = read(save(relative * size), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+def test_lengths_become_metres(save, unit, size):
+    poses = read(save(RELATIVE * size), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
+    np.testing.assert_allclose(poses.joints, RELATIVE, atol=1e-6)
     assert poses.frame.unit == "m"
 
 
 @pytest.mark.parametrize("unit", ["arbitrary", "px"])
-def test_no_length_stays_none(save, relative, unit):
-    poses = read(save(relative * 7), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
-    np.testing.assert_allclose(poses.joints, relative * 7, atol=1e-5)
+def test_no_length_stays_none(save, unit):
+    poses = read(save(RELATIVE * 7), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
+    np.testing.assert_allclose(poses.joints, RELATIVE * 7, atol=1e-5)
     assert poses.frame.unit == unit
 
 
@@ -51,16 +48,16 @@ def test_no_length_stays_none(save, relative, unit):
         ("PC_CAMERA", lambda x, y, z: (z, -x, -y)),
     ],
 )
-def test_camera_axes(save, relative, frame, from_camera):
-    given = np.stack(from_camera(*np.moveaxis(relative, -1, 0)), axis=-1)
+def test_camera_axes(save, frame, from_camera):
+    given = np.stack(from_camera(*np.moveaxis(RELATIVE, -1, 0)), axis=-1)
     away = np.array(from_camera(0.3, -0.2, 4.0))
     poses = read(save(given + away), "arrays", layout="H36M17", frame=frame, unit="m")
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    np.testing.assert_allclose(poses.joints, RELATIVE, atol=1e-6)
     assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
 
 
-def test_world_stays_in_its_own_frame(save, relative):
-    z_up = np.stack([relative[..., 2], -relative[..., 0], -relative[..., 1]], axis=-1)
+def test_world_stays_in_its_own_frame(save):
+    z_up = np.stack([RELATIVE[..., 2], -RELATIVE[..., 0], -RELATIVE[..., 1]], axis=-1)
     z_up += np.array([1, 2, 0.9])
     (poses,) = arrays.read(save(z_up), layout="H36M17", frame="Z_UP", unit="m")
     np.testing.assert_allclose(poses.joints, z_up, atol=1e-6)
@@ -76,13 +73,13 @@ def test_world_stays_in_its_own_frame(save, relative):
         ("layout", "H36M", "joint layout of H36M17"),
     ],
 )
-def test_other_frames_units_and_layouts_are_refused(save, relative, option, value, says):
+def test_other_frames_units_and_layouts_are_refused(save, option, value, says):
     with pytest.raises(InputError, match=f"Expected a {says}"):
-        read(save(relative), "arrays", **{**H36M_METRES, option: value})
+        read(save(RELATIVE), "arrays", **{**H36M_METRES, option: value})
 
 
 @pytest.mark.parametrize("shape", [(300, 17, 3), (1, 300, 17, 3), (300, 1, 17, 3)])
-def test_an_array_of_no_known_lifter_is_read_for_what_its_body_shows(save, turning, shape):
+def test_an_array_of_no_known_lifter_is_read_for_what_its_body_shows(save, shape):
     """MotionBERT's output that somebody smoothed: no exact zero says whose it is."""
     path = save(smoothed(turning(300)).reshape(shape))
     poses = read(path)
@@ -92,7 +89,7 @@ def test_an_array_of_no_known_lifter_is_read_for_what_its_body_shows(save, turni
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1, "m"), (1000, "m")])
-def test_a_body_in_front_of_the_camera_is_in_its_unit(save, turning, scale, unit):
+def test_a_body_in_front_of_the_camera_is_in_its_unit(save, scale, unit):
     """MM-Fi's ground_truth.npy: metres from the camera."""
     poses = read(save(scale * (turning(297) + np.array([0.3, 0.2, 3.0]))))
     assert poses.frame.unit == unit
@@ -110,7 +107,7 @@ def test_a_body_in_front_of_the_camera_is_in_its_unit(save, turning, scale, unit
         lambda joints: 1000 * joints,  # millimetres, or pixels
     ],
 )
-def test_an_array_whose_body_contradicts_is_told_why(save, turning, change):
+def test_an_array_whose_body_contradicts_is_told_why(save, change):
     path = save(change(smoothed(turning(300))))
     assert not arrays.sniff(path)
     assert arrays.lacks(path)
@@ -118,15 +115,15 @@ def test_an_array_whose_body_contradicts_is_told_why(save, turning, change):
         read(path)
 
 
-def test_what_is_said_has_to_be_said_whole(save, relative):
+def test_what_is_said_has_to_be_said_whole(save):
     with pytest.raises(InputError, match="needs the options frame, unit"):
-        read(save(relative), "arrays", layout="H36M17")
+        read(save(RELATIVE), "arrays", layout="H36M17")
 
 
 @pytest.mark.parametrize("layout", ["H36M17_B", "H36M17_C", "COCO17", "MPI3DHP17"])
-def test_other_layouts_come_back_as_h36m(save, relative, layout):
+def test_other_layouts_come_back_as_h36m(save, layout):
     """Limbs land on their names, in whatever order and company they came."""
-    known = {joint: relative[:, i] for i, joint in enumerate(H36M17.joints)}
+    known = {joint: RELATIVE[:, i] for i, joint in enumerate(H36M17.joints)}
     nowhere = known["nose"]
     given = np.stack([known.get(joint, nowhere) for joint in LAYOUTS[layout].joints], axis=1)
     given += np.array([0, 0, 4.0])
@@ -138,17 +135,17 @@ def test_other_layouts_come_back_as_h36m(save, relative, layout):
         np.testing.assert_allclose(poses.joint(joint), known[joint] - pelvis, atol=1e-5)
 
 
-def test_joint_count_must_fit_the_layout(save, relative):
+def test_joint_count_must_fit_the_layout(save):
     with pytest.raises(InputError, match=r"expected an array of shape \(frames, 26, 3\), got \(60, 17, 3\)"):
-        read(save(relative), "arrays", layout="HALPE26", frame="CAMERA", unit="m")
+        read(save(RELATIVE), "arrays", layout="HALPE26", frame="CAMERA", unit="m")
 
 
-def test_what_lies_beside_the_joints_is_used(save, relative):
+def test_what_lies_beside_the_joints_is_used(save):
     confidence = np.linspace(0, 1, FRAMES * 17).reshape(FRAMES, 17)
     index, time_s = np.arange(FRAMES) * 2 + 5, np.arange(FRAMES) / 20 + 1.0
-    path = save(anything=relative, confidence=confidence, frame_index=index, time_s=time_s)
+    path = save(anything=RELATIVE, confidence=confidence, frame_index=index, time_s=time_s)
     poses = read(path, "arrays", **H36M_METRES)
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    np.testing.assert_allclose(poses.joints, RELATIVE, atol=1e-6)
     np.testing.assert_allclose(poses.confidence, confidence, atol=1e-6)
     np.testing.assert_array_equal(poses.frame_index, index)
     np.testing.assert_array_equal(poses.times, time_s)
@@ -166,15 +163,15 @@ def test_what_lies_beside_the_joints_is_used(save, relative):
         ({"frame_index": np.arange(FRAMES) + 0.5}, "whole numbers"),
     ],
 )
-def test_what_lies_beside_must_fit(save, relative, beside, said):
+def test_what_lies_beside_must_fit(save, beside, said):
     with pytest.raises(InputError, match=said):
-        read(save(joints=relative, **beside), "arrays", **H36M_METRES)
+        read(save(joints=RELATIVE, **beside), "arrays", **H36M_METRES)
 
 
-def test_several_arrays_need_a_key(save, relative):
-    path = save(raw=relative * 2, smooth=relative, confidence=np.ones((FRAMES, 17)))
+def test_several_arrays_need_a_key(save):
+    path = save(raw=RELATIVE * 2, smooth=RELATIVE, confidence=np.ones((FRAMES, 17)))
     with pytest.raises(InputError, match="raw, smooth, confidence"):
         read(path, "arrays", **H36M_METRES)
-    np.testing.assert_allclose(read(path, "arrays", key="smooth", **H36M_METRES).joints, relative, atol=1e-6)
+    np.testing.assert_allclose(read(path, "arrays", key="smooth", **H36M_METRES).joints, RELATIVE, atol=1e-6)
     with pytest.raises(InputError, match=r"'rough'.*raw, smooth, confidence"):
         read(path, "arrays", key="rough", **H36M_METRES)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from golden import estimators, phalp, worlds
-from golden.bodies import feet_in, feet_of, limbs_of
+from golden.bodies import feet_in, feet_of, limbs_of, standing, turning
 from golden.catalogue import recognised
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
@@ -21,7 +21,7 @@ FRAMES = 40
 LIMBS = H36M17.indices(layouts.LIMBS)
 
 
-def test_soma_of_thirty_joints(tmp_path, standing):
+def test_soma_of_thirty_joints(tmp_path):
     """Kimodo's first examples: the same joints, fewer of them."""
     joints = np.load(estimators.soma(tmp_path, standing(FRAMES)))["posed_joints"]
     np.savez(tmp_path / "motion.npz", posed_joints=joints[:, SOMA77.indices(SOMA30.joints)])
@@ -30,7 +30,7 @@ def test_soma_of_thirty_joints(tmp_path, standing):
     np.testing.assert_allclose(found.joints[:, LIMBS], limbs_of(worlds.y_up(standing(FRAMES))), atol=1e-5)
 
 
-def test_soma_that_lies_or_is_another_skeleton(tmp_path, standing):
+def test_soma_that_lies_or_is_another_skeleton(tmp_path):
     path = estimators.soma(tmp_path, standing(FRAMES))
     joints = np.load(path)["posed_joints"]
     np.savez(path, posed_joints=joints[..., [1, 2, 0]])
@@ -42,7 +42,7 @@ def test_soma_that_lies_or_is_another_skeleton(tmp_path, standing):
         read(path, "soma")
 
 
-def test_gemx_bvh_takes_the_face_from_its_joints(tmp_path, standing):
+def test_gemx_bvh_takes_the_face_from_its_joints(tmp_path):
     """Its pose at rest is in axes of the joints' own, so that the head's axes tell no front."""
     world = worlds.y_up(standing(FRAMES))
     path = estimators.gemx_bvh(tmp_path, standing(FRAMES))
@@ -57,7 +57,7 @@ def test_gemx_bvh_takes_the_face_from_its_joints(tmp_path, standing):
 
 
 @pytest.fixture
-def smpl_json(tmp_path, turning):
+def smpl_json(tmp_path):
     people = [turning(FRAMES), turning(FRAMES + 200)[200:]]
     return estimators.alphapose3d(tmp_path, people), people
 
@@ -93,7 +93,7 @@ def test_alphapose3d_without_tracks_or_joints(smpl_json):
 
 
 @pytest.fixture
-def wham(tmp_path, turning):
+def wham(tmp_path):
     """write(subjects) -> wham_output.pkl beside a regressor."""
     estimators.regressor(tmp_path)
     people = [turning(FRAMES), turning(FRAMES)]

@@ -6,28 +6,25 @@ import numpy as np
 import pytest
 
 from golden import landmarks
+from golden.bodies import turning
 from pcnet3d.adapters import read, read_all
 from pcnet3d.adapters.kit.clock import kind_of, plain
 from pcnet3d.pipeline import InputError
 from refusals import refused
 
 FRAMES = 60
+WORLD = landmarks.landmarks(turning(FRAMES))[..., :3]
 LOST = [*range(20, 35)]
 KEPT = [i for i in range(FRAMES) if i not in LOST]
 AXES = [f"{axis}{i}" for i in range(33) for axis in "xyz"]
 
 
 @pytest.fixture
-def world(turning) -> np.ndarray:
-    return landmarks.landmarks(turning(FRAMES))[..., :3]
-
-
-@pytest.fixture
-def table(tmp_path, world):
+def table(tmp_path):
     """table(columns, frames) writes a CSV: columns of cells by name, or None for no header, before the landmarks."""
 
     def write(columns, frames=KEPT, header=True):
-        rows = [[*(cell(i) for cell in columns.values()), *world[i % FRAMES].ravel()] for i in frames]
+        rows = [[*(cell(i) for cell in columns.values()), *WORLD[i % FRAMES].ravel()] for i in frames]
         return landmarks.write_csv(tmp_path / "a.csv", [*columns, *AXES] if header else None, rows)
 
     return write
@@ -139,18 +136,18 @@ def test_one_recordings_name_is_no_matter(table):
     ],
 )
 @pytest.mark.parametrize("key", ["poseWorldLandmarks", "pose_world_landmarks", "worldLandmarks"])
-def test_json_says_it_under_the_same_names(tmp_path, world, entry, key):
-    frames = [{**entry(i), key: [landmarks.points(np.c_[world[i], np.ones(33)])]} for i in KEPT]
+def test_json_says_it_under_the_same_names(tmp_path, entry, key):
+    frames = [{**entry(i), key: [landmarks.points(np.c_[WORLD[i], np.ones(33)])]} for i in KEPT]
     poses = read(landmarks.dump(tmp_path, frames))
     assert poses.frame_index.tolist() == KEPT
     assert poses.frames_known
 
 
 @pytest.mark.parametrize("rate", [{"fps": 30.0}, {"metadata": {"frameRate": 30}}])
-def test_a_rate_beside_the_frames_is_theirs(tmp_path, world, rate):
+def test_a_rate_beside_the_frames_is_theirs(tmp_path, rate):
     """Every second frame, at half the rate, and none of them missing."""
     frames = [
-        {"frame_index": i, "landmarks": landmarks.points(np.c_[world[i], np.ones(33)])}
+        {"frame_index": i, "landmarks": landmarks.points(np.c_[WORLD[i], np.ones(33)])}
         for i in range(0, 60, 2)
     ]
     for content in ({"frames": frames, **rate}, {**rate, "frames": frames}):
@@ -176,16 +173,16 @@ def test_a_cell_that_is_no_number_is_refused_with_line_and_column(table):
         read(path)
 
 
-def test_people_by_columns_of_any_name(tmp_path, world):
+def test_people_by_columns_of_any_name(tmp_path):
     for name in ("track_id", "personId", "person", "id"):
         header = ["frame", name, *AXES]
-        rows = [[i, who, *(world[i] + 0).ravel()] for i in range(20) for who in ("a", "b")]
+        rows = [[i, who, *(WORLD[i] + 0).ravel()] for i in range(20) for who in ("a", "b")]
         people = read_all(landmarks.write_csv(tmp_path / "a.csv", header, rows))
         assert [poses.person for poses in people] == ["a", "b"]
 
 
-def test_a_number_of_each_row_is_nobodys_name(tmp_path, world):
-    rows = [[100 + i, i, *world[i].ravel()] for i in KEPT]
+def test_a_number_of_each_row_is_nobodys_name(tmp_path):
+    rows = [[100 + i, i, *WORLD[i].ravel()] for i in KEPT]
     (poses,) = read_all(landmarks.write_csv(tmp_path / "a.csv", ["id", "frame", *AXES], rows))
     assert poses.frame_index.tolist() == KEPT
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden import estimators, landmarks, worlds
-from golden.bodies import feet_in, feet_of, placed
+from golden.bodies import feet_in, feet_of, placed, standing, turning
 from golden.lifters import openpose3d, rtmw3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
@@ -42,7 +42,7 @@ def mhr70(folder, bodies):
 
 
 @pytest.mark.parametrize("source", [blazepose, body_25, body_25b, whole_body, mhr70])
-def test_feet_of_lifters(source, tmp_path, turning):
+def test_feet_of_lifters(source, tmp_path):
     bodies = turning(FRAMES)
     poses, feet = source(tmp_path, bodies)
     at_pelvis = feet - bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
@@ -50,7 +50,7 @@ def test_feet_of_lifters(source, tmp_path, turning):
     np.testing.assert_allclose(feet_in(poses), feet - pelvis if source is body_25 else at_pelvis, atol=4e-3)
 
 
-def test_feet_of_markers(tmp_path, standing):
+def test_feet_of_markers(tmp_path):
     """Pose2Sim's names of HALPE_26."""
     bodies = standing(FRAMES)
     paired = {f"{side.upper()}{part.title().replace('_', '')}": f"{side}_{part}"
@@ -64,6 +64,6 @@ def test_feet_of_markers(tmp_path, standing):
     np.testing.assert_allclose(feet_in(poses), expected, atol=1e-4)
 
 
-def test_a_source_without_feet_has_none(tmp_path, standing):
+def test_a_source_without_feet_has_none(tmp_path):
     points = standing(FRAMES)[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
     assert read(worlds.trc(tmp_path / "walk.trc", worlds.POSE2SIM, worlds.y_up(points))).layout == H36M17

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden import estimators
+from golden.bodies import standing
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.pose import MadeBy
@@ -22,7 +23,7 @@ def test_every_adapter_of_poses_says_who_made_them_or_lets_the_user_say_it():
     assert silent == []
 
 
-def test_a_bvh_does_not_say_it_and_the_user_does(tmp_path, standing):
+def test_a_bvh_does_not_say_it_and_the_user_does(tmp_path):
     path = estimators.gemx_bvh(tmp_path, standing(FRAMES))
     assert read(path).made_by == MadeBy("unknown")
     assert read(path, made_by="estimated").made_by == MadeBy("estimated")
@@ -31,7 +32,7 @@ def test_a_bvh_does_not_say_it_and_the_user_does(tmp_path, standing):
         read(path, made_by="guessed")
 
 
-def test_amass_is_motion_capture_by_its_own_words_alone(tmp_path, standing):
+def test_amass_is_motion_capture_by_its_own_words_alone(tmp_path):
     """WHAM's joints in AMASS's form have a frame rate, and none of motion capture."""
     joints = standing(FRAMES).astype(np.float32)
     own = {"poses": np.zeros((FRAMES, 156)), "trans": np.zeros((FRAMES, 3)), "betas": np.zeros(16)}

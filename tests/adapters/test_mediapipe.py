@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.bodies import turning
 from golden.films import film
 from golden.landmarks import (
     bare,
@@ -33,7 +34,7 @@ FRAMES = 50
 
 
 @pytest.fixture
-def world(turning) -> np.ndarray:
+def world() -> np.ndarray:
     """(T, 33, 4): the person who turns, hips' middle at the origin, with visibilities."""
     return landmarks(turning(FRAMES))
 
@@ -54,7 +55,7 @@ WRITERS = (
 
 
 @pytest.mark.parametrize("write", WRITERS)
-def test_golden(tmp_path, world, turning, write):
+def test_golden(tmp_path, world, write):
     path = write(tmp_path, world)
     poses = read(path)
     expected = turning(FRAMES) - turning(FRAMES)[:, H36M17.indices(["l_hip", "r_hip"])].mean(
@@ -154,7 +155,7 @@ def test_rows_with_times_are_the_videos_frames_at_these(tmp_path, world):
 
 
 @pytest.mark.parametrize("boxes", [True, False])
-def test_people_are_separated(tmp_path, world, turning, boxes):
+def test_people_are_separated(tmp_path, world, boxes):
     """Two people whose order is exchanged half-way."""
     other = world.copy()
     other[..., [0, 2]] = world[..., [2, 0]] * [-1, 1]  # turned by a quarter

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from golden import estimators
+from golden.bodies import turning
 from golden.catalogue import recognised
 from golden.estimators import AWAY_M, FOCAL_PX
 from golden.pickles import Trap
@@ -21,7 +22,7 @@ def hips(bodies: np.ndarray) -> np.ndarray:
     return bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)
 
 
-def test_a_person_who_walks_has_a_place(tmp_path, turning):
+def test_a_person_who_walks_has_a_place(tmp_path):
     """The place of somebody who never moves says nothing, by the rule of all sources."""
     bodies = turning(FRAMES)
     rows = estimators.sam3d(bodies)
@@ -35,7 +36,7 @@ def test_a_person_who_walks_has_a_place(tmp_path, turning):
     assert read(tmp_path / "walk.npz", fps=25).root is None
 
 
-def test_every_form_holds_the_same(tmp_path, turning):
+def test_every_form_holds_the_same(tmp_path):
     people = [turning(FRAMES), turning(FRAMES + 200)[200:]]
     forms = [write(tmp_path, people) for write in (estimators.sam3d_folder, estimators.sam3d_json)]
     arrays = [
@@ -58,14 +59,14 @@ def test_every_form_holds_the_same(tmp_path, turning):
             assert said["link people"] == {"method": "nearest box"}
 
 
-def test_people_who_are_not_found_have_no_row(tmp_path, turning):
+def test_people_who_are_not_found_have_no_row(tmp_path):
     path = estimators.instanthmr(tmp_path, [turning(FRAMES)] * 2)
     first, second = read_all(path)
     assert len(first) == FRAMES
     np.testing.assert_array_equal(second.frame_index, [*range(5), *range(8, FRAMES)])
 
 
-def test_frame_indices_are_the_videos(tmp_path, turning):
+def test_frame_indices_are_the_videos(tmp_path):
     keypoints = estimators.mhr70(turning(FRAMES))
     np.savez(tmp_path / "x.npz", pred_keypoints_3d=keypoints, frame_indices=3 * np.arange(FRAMES))
     poses = read(tmp_path / "x.npz")
@@ -77,7 +78,7 @@ def test_frame_indices_are_the_videos(tmp_path, turning):
             read(tmp_path / "x.npz")
 
 
-def test_a_folder_of_one_persons_arrays(tmp_path, turning):
+def test_a_folder_of_one_persons_arrays(tmp_path):
     for frame, row in enumerate(estimators.sam3d(turning(FRAMES))):
         held = {key: value for key, value in row.items() if value is not None}
         np.savez(tmp_path / f"img_{frame:04d}.npz", **held)
@@ -88,7 +89,7 @@ def test_a_folder_of_one_persons_arrays(tmp_path, turning):
         read(tmp_path)
 
 
-def test_json_by_image(tmp_path, turning):
+def test_json_by_image(tmp_path):
     rows = estimators.sam3d(turning(FRAMES))
     content = {
         f"img_{i:03d}.jpg": [{"pred_keypoints_3d": row["pred_keypoints_3d"].tolist()}]
@@ -99,7 +100,7 @@ def test_json_by_image(tmp_path, turning):
     assert read(tmp_path / "x.json").frame_index[0] == 7
 
 
-def test_translations_of_some_people_only(tmp_path, turning):
+def test_translations_of_some_people_only(tmp_path):
     rows = estimators.sam3d(turning(FRAMES))
     trans = np.stack([row["pred_cam_t"] for row in rows])
     trans[4] = np.nan
@@ -125,7 +126,7 @@ def test_what_is_not_theirs(tmp_path):
         read(tmp_path / "x.json", "mhr70")
 
 
-def test_nothing_of_a_strangers_is_run(tmp_path, turning):
+def test_nothing_of_a_strangers_is_run(tmp_path):
     rows = [estimators.sam3d(turning(FRAMES))[0] | {"more": Trap(tmp_path / "was here")}]
     np.savez(tmp_path / "x.npz", outputs=np.array(rows, dtype=object))
     assert recognised(tmp_path / "x.npz") == ["mhr70"]
@@ -134,7 +135,7 @@ def test_nothing_of_a_strangers_is_run(tmp_path, turning):
     assert not (tmp_path / "was here").exists()
 
 
-def test_people_of_one_image_are_people_and_not_frames(tmp_path, turning):
+def test_people_of_one_image_are_people_and_not_frames(tmp_path):
     """Four people of a picture, a file each, were one person of four frames, whose poses were good."""
     rows = estimators.sam3d(turning(4))
     for number, row in enumerate(rows):
@@ -155,7 +156,7 @@ def test_people_of_one_image_are_people_and_not_frames(tmp_path, turning):
     ]
 
 
-def test_the_file_of_one_person_in_one_image_is_one_frame(tmp_path, turning):
+def test_the_file_of_one_person_in_one_image_is_one_frame(tmp_path):
     held = {key: value for key, value in estimators.sam3d(turning(1))[0].items() if value is not None}
     assert held["pred_keypoints_3d"].shape == (70, 3)
     np.savez(tmp_path / "img_subj00.npz", **held)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from golden import lifters
+from golden.bodies import turning
 from golden.lifters import as_mmpose, box_of, instance
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
@@ -25,7 +26,7 @@ def save(tmp_path):
 
 
 @pytest.fixture
-def alone(turning) -> list[list[dict]]:
+def alone() -> list[list[dict]]:
     return [[instance(as_mmpose(body), box_of(0, i))] for i, body in enumerate(turning(FRAMES))]
 
 
@@ -35,7 +36,7 @@ def test_the_unit_is_told_and_scores_of_1_say_nothing(save, alone):
     assert np.isnan(read(path).confidence).all()
 
 
-def test_rebase_is_found_and_said(save, alone, turning):
+def test_rebase_is_found_and_said(save, alone):
     (poses,) = read_all(save(alone))
     (step,) = [step for step in poses.history if step.name == "rebase"]
     assert step.options["frames"] == FRAMES
@@ -46,7 +47,7 @@ def test_rebase_is_found_and_said(save, alone, turning):
 
 
 @pytest.mark.parametrize("boxes", [True, False])
-def test_people_are_separated_when_slots_shift(save, turning, boxes):
+def test_people_are_separated_when_slots_shift(save, boxes):
     """The first person leaves; the second moves to her slot, and is followed. The third comes later."""
     bodies = turning(600)
     own = [bodies[:FRAMES], bodies[200 : 200 + FRAMES], bodies[500 : 500 + FRAMES]]
@@ -70,7 +71,7 @@ def test_people_are_separated_when_slots_shift(save, turning, boxes):
         assert ("people-by-poses-alone" in [said.code for said in poses.notices]) == (not boxes)
 
 
-def test_a_box_in_the_corner_of_the_image_is_followed(save, turning):
+def test_a_box_in_the_corner_of_the_image_is_followed(save):
     """0, 0 is no joint of keypoints, but a corner of a box all the same."""
     bodies = as_mmpose(turning(FRAMES))
     people = [[instance(body, [left, 0.0, left + 200, 400.0]) for left in (0.0, 600.0)] for body in bodies]
@@ -92,7 +93,7 @@ def test_2d_results_are_refused_with_who_reads_them(save, alone):
         read(save(alone), "mmpose3d")
 
 
-def test_memory_is_bounded(turning, tmp_path):
+def test_memory_is_bounded(tmp_path):
     """At most three times the arrays that come out, plus a piece of the text that is being read."""
     path, count = tmp_path / "long.json", 20_000
     people = json.dumps([instance(as_mmpose(turning(1)[0] + 1e-9), box_of(0, 0))])
@@ -109,12 +110,12 @@ def test_memory_is_bounded(turning, tmp_path):
 
 
 @pytest.fixture
-def save_rtmw3d(turning, tmp_path):
+def save_rtmw3d(tmp_path):
     """save_rtmw3d(change) writes results_walk.json of the demo, after change(crop coordinates (T, 133, 3))."""
     return lambda change=lambda crop: crop: lifters.rtmw3d(tmp_path, [turning(FRAMES)], change)
 
 
-def test_golden_rtmw3d(save_rtmw3d, turning):
+def test_golden_rtmw3d(save_rtmw3d):
     stature = implied_stature(turning(FRAMES))
     path = save_rtmw3d()
     poses = read(path, fps=30, stature_m=stature)

@@ -3,37 +3,26 @@
 import numpy as np
 import pytest
 
-from golden.bodies import feet_in, feet_of, limbs_of
+from golden.bodies import feet_in, feet_of, limbs_of, standing
 from golden.catalogue import recognised
-from golden.worlds import (
-    RIGS,
-    bvh,
-    freemocap,
-    freemocap_csv,
-    freemocap_rtmpose,
-    rig,
-    smpl,
-)
+from golden.worlds import RIGS, bvh, freemocap, freemocap_csv, freemocap_rtmpose, rig, smpl, y_up
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, LIMBS
 
 FRAMES = 40
+WORLD = y_up(standing(FRAMES))
+BLAZE = freemocap(standing(FRAMES))
 
 
 def limbs(poses) -> np.ndarray:
     return change_frame(poses, Z_UP.with_(origin="pelvis")).joints[:, H36M17.indices(LIMBS)]
 
 
-@pytest.fixture
-def y_up(standing) -> np.ndarray:
-    return standing(FRAMES)[..., [1, 2, 0]]
-
-
 @pytest.mark.parametrize("program", RIGS)
-def test_the_head_of_a_rig_faces_as_its_trunk_does(standing, y_up, tmp_path, program):
+def test_the_head_of_a_rig_faces_as_its_trunk_does(tmp_path, program):
     """Bandai Namco's zero pose is no standing body: all bones lie along x."""
-    poses = change_frame(read(rig(program, tmp_path / "x.bvh", y_up)), Z_UP.with_(origin="pelvis"))
+    poses = change_frame(read(rig(program, tmp_path / "x.bvh", WORLD)), Z_UP.with_(origin="pelvis"))
     np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES)), atol=2e-6)
     left = poses.joint("l_hip") - poses.joint("r_hip")
     up = np.array([0.0, 0.0, 1.0])
@@ -42,23 +31,23 @@ def test_the_head_of_a_rig_faces_as_its_trunk_does(standing, y_up, tmp_path, pro
     np.testing.assert_allclose(made, 0.05 * ahead - 0.13 * up, atol=2e-6)
 
 
-def test_bvh_of_another_unit_and_an_added_t_pose(standing, y_up, tmp_path):
-    poses = read(bvh(tmp_path / "x.bvh", y_up, scale=1 / 0.0254, t_pose=True))
+def test_bvh_of_another_unit_and_an_added_t_pose(tmp_path):
+    poses = read(bvh(tmp_path / "x.bvh", WORLD, scale=1 / 0.0254, t_pose=True))
     assert len(poses) == FRAMES - 10
     assert poses.times[0] == pytest.approx(10 / 60, rel=1e-3)
     np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES))[10:], atol=2e-6)
     with pytest.raises(InputError, match="give it with unit="):
-        read(bvh(tmp_path / "y.bvh", y_up, scale=7.0))
+        read(bvh(tmp_path / "y.bvh", WORLD, scale=7.0))
 
 
-def test_bvh_with_z_up_is_refused_until_told(standing, tmp_path):
+def test_bvh_with_z_up_is_refused_until_told(tmp_path):
     path = bvh(tmp_path / "x.bvh", standing(FRAMES))
     with pytest.raises(InputError, match="up=z"):
         read(path)
     np.testing.assert_allclose(limbs(read(path, up="z")), limbs_of(standing(FRAMES)), atol=2e-6)
 
 
-def test_amass_states_its_rate_and_may_be_in_millimetres(standing, tmp_path):
+def test_amass_states_its_rate_and_may_be_in_millimetres(tmp_path):
     joints = smpl(standing(FRAMES))
     for rate in ("fps", "mocap_framerate", "mocap_frame_rate"):
         np.savez(tmp_path / "mm.npz", joints=1000 * joints, gender=b"male", **{rate: 120.0})
@@ -68,7 +57,7 @@ def test_amass_states_its_rate_and_may_be_in_millimetres(standing, tmp_path):
         assert not poses.frames_known
 
 
-def test_joints_by_name_keep_their_own_nose(standing, tmp_path):
+def test_joints_by_name_keep_their_own_nose(tmp_path):
     order = np.random.default_rng(0).permutation(len(H36M17))
     np.savez(
         tmp_path / "x.npz",
@@ -80,7 +69,7 @@ def test_joints_by_name_keep_their_own_nose(standing, tmp_path):
     np.testing.assert_allclose(read(tmp_path / "x.npz").joints, world - world[:, :1], atol=2e-6)
 
 
-def test_amass_without_joints_or_rate_is_refused_with_the_reason(standing, tmp_path):
+def test_amass_without_joints_or_rate_is_refused_with_the_reason(tmp_path):
     np.savez(tmp_path / "x_poses.npz", poses=np.zeros((9, 156)), trans=np.zeros((9, 3)), betas=np.zeros(16))
     with pytest.raises(InputError, match="run the body model"):
         read(tmp_path / "x_poses.npz")
@@ -92,22 +81,18 @@ def test_amass_without_joints_or_rate_is_refused_with_the_reason(standing, tmp_p
         read(tmp_path / "z.npz")
 
 
-@pytest.fixture
-def blaze(standing) -> np.ndarray:
-    return freemocap(standing(FRAMES))
-
-
-def test_freemocap(blaze, tmp_path):
+def test_freemocap(tmp_path):
     path = tmp_path / "mediapipe_body_3d_xyz.npy"
-    blaze[3, BLAZEPOSE33.index("r_wrist")] = np.nan
-    np.save(path, blaze)
+    gap = BLAZE.copy()
+    gap[3, BLAZEPOSE33.index("r_wrist")] = np.nan
+    np.save(path, gap)
     poses = read(path)
     assert np.isnan(poses.joint("r_wrist")[3]).all()
     assert poses.time_s is None
     assert not poses.frames_known
 
 
-def test_freemocap_2_has_feet_in_its_array_and_its_tables(standing, tmp_path):
+def test_freemocap_2_has_feet_in_its_array_and_its_tables(tmp_path):
     world, joints = standing(FRAMES), freemocap_rtmpose(standing(FRAMES))
     np.save(tmp_path / "rtmpose_body_3d_xyz.npy", joints)
     table = freemocap_csv(tmp_path, joints)
@@ -127,7 +112,7 @@ def test_freemocap_2_has_feet_in_its_array_and_its_tables(standing, tmp_path):
         assert poses.frames_known is (path.suffix == ".csv")
 
 
-def test_freemocap_table_of_mediapipe_and_damaged_ones(blaze, standing, tmp_path):
+def test_freemocap_table_of_mediapipe_and_damaged_ones(tmp_path):
     sides = {"l": "left", "r": "right"}
     names = [
         joint
@@ -138,7 +123,7 @@ def test_freemocap_table_of_mediapipe_and_damaged_ones(blaze, standing, tmp_path
         for joint in BLAZEPOSE33.joints
     ]
     lines = ["frame,timestamp,timestamp_by_camera,model,keypoint,x,y,z"]
-    for frame, row in enumerate(blaze, 5):
+    for frame, row in enumerate(BLAZE, 5):
         lines += [
             f"{frame},,{{}},mediapipe_body,{name},{x},{y},{z}"
             for name, (x, y, z) in zip(names, row, strict=True)
@@ -158,14 +143,14 @@ def test_freemocap_table_of_mediapipe_and_damaged_ones(blaze, standing, tmp_path
     assert recognised(path) == []
 
 
-def test_freemocap_flat_or_lying_or_in_metres_is_refused(blaze, tmp_path):
+def test_freemocap_flat_or_lying_or_in_metres_is_refused(tmp_path):
     path = tmp_path / "mediapipe_body_3d_xyz.npy"
-    np.save(path, blaze * [1, 0, 1])
+    np.save(path, BLAZE * [1, 0, 1])
     with pytest.raises(InputError, match="single camera"):
         read(path, "freemocap")
-    np.save(path, blaze[..., [2, 0, 1]])
+    np.save(path, BLAZE[..., [2, 0, 1]])
     with pytest.raises(InputError, match="ground plane"):
         read(path)
-    np.save(path, blaze / 1000)
+    np.save(path, BLAZE / 1000)
     with pytest.raises(InputError, match="millimetres"):
         read(path, "freemocap")

@@ -4,22 +4,18 @@ import numpy as np
 import pytest
 
 from golden import lifters
+from golden.bodies import turning
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 
 FRAMES = 600
+RELATIVE = turning(FRAMES)  # (600, 17, 3): the body relative to its pelvis, in MotionBERT's units.
 
 
 @pytest.fixture
-def relative(turning) -> np.ndarray:
-    """(600, 17, 3): the body relative to its pelvis, in MotionBERT's units."""
-    return turning(FRAMES)
-
-
-@pytest.fixture
-def x3d(relative, save):
+def x3d(save):
     """x3d(change) writes X3D.npy as infer_wild.py does, after change(array), and returns its path."""
-    return lambda change=np.copy: save(change(lifters.x3d(relative)), "X3D.npy")
+    return lambda change=np.copy: save(change(lifters.x3d(RELATIVE)), "X3D.npy")
 
 
 def as_pixels(joints: np.ndarray, width: int = 1280, height: int = 720) -> np.ndarray:
@@ -36,10 +32,10 @@ def test_clip_length(x3d):
         read(x3d(), clip=0)
 
 
-def test_pixels(x3d, relative):
+def test_pixels(x3d):
     path = x3d(as_pixels)
     poses = read(path, pixel=True)
-    np.testing.assert_allclose(poses.joints, relative * 360, atol=1e-3)
+    np.testing.assert_allclose(poses.joints, RELATIVE * 360, atol=1e-3)
     assert poses.frame.unit == "arbitrary"
 
 
@@ -50,18 +46,18 @@ def test_option_pixel_must_fit_the_values(x3d):
         read(x3d(), pixel=True)
 
 
-def test_person_in_the_middle_of_the_image_is_still_motionbert(x3d, relative):
+def test_person_in_the_middle_of_the_image_is_still_motionbert(x3d):
     """Its root is then as near to 0 as VideoPose3D's; the forced depth of the first frame tells."""
-    near = relative + np.where(np.arange(FRAMES)[:, None, None] % 243, 0.01, [0.01, 0.01, 0])
+    near = RELATIVE + np.where(np.arange(FRAMES)[:, None, None] % 243, 0.01, [0.01, 0.01, 0])
     assert read(x3d(lambda _: near)).history[0].options["adapter"] == "motionbert"
 
 
-def test_root_relative_configuration_is_ambiguous(x3d, relative):
+def test_root_relative_configuration_is_ambiguous(x3d):
     """Exact zeros at the root, and as tall in its units as a person is in metres: nobody can tell."""
     path = x3d(lambda joints: joints - joints[:, :1])
     with pytest.raises(InputError, match=r"ddhpose.*motionbert.*videopose3d"):
         read(path)
-    np.testing.assert_allclose(read(path, "motionbert").joints, relative, atol=1e-6)
+    np.testing.assert_allclose(read(path, "motionbert").joints, RELATIVE, atol=1e-6)
 
 
 def test_root_relative_and_too_small_for_metres_is_motionbert(x3d):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.bodies import placed
+from golden.bodies import placed, turning
 from golden.lifters import openpose3d
 from pcnet3d.adapters import json3d, read, read_all
 from pcnet3d.pipeline import H36M17, InputError
@@ -21,11 +21,11 @@ def save(tmp_path):
 
 
 @pytest.fixture
-def alone(turning) -> list[list[np.ndarray]]:
+def alone() -> list[list[np.ndarray]]:
     return [[body] for body in placed(turning(FRAMES) + AWAY_M, BODY_25.joints)]
 
 
-def test_other_joints_under_another_name_after_a_frame_of_nobody(save, turning):
+def test_other_joints_under_another_name_after_a_frame_of_nobody(save):
     frames = [[body] for body in placed(turning(FRAMES) + AWAY_M, OPENPOSE18.joints)]
     folder = save([[], *frames], "body_keypoints_3d")
     fits = [name for name, each in adapters().items() if each.sniff(folder)]
@@ -40,7 +40,7 @@ def test_other_joints_under_another_name_after_a_frame_of_nobody(save, turning):
     assert np.isnan(poses.confidence).all()  # 1 for each that was found says nothing
 
 
-def test_unit(save, alone, turning):
+def test_unit(save, alone):
     folder = save([[1000 * body] for (body,) in alone])
     poses = read(folder, unit="mm")
     np.testing.assert_allclose(poses.joint("r_knee"), turning(FRAMES)[:, H36M17.index("r_knee")], atol=1e-5)

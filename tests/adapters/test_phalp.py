@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from golden import phalp
+from golden.bodies import turning
 from pcnet3d.adapters import read, read_all
 from pcnet3d.adapters.kit.pickles import load
 from pcnet3d.pipeline import H36M17, InputError
@@ -17,12 +18,12 @@ FRAMES = 40
 
 
 @pytest.fixture
-def tracks(turning) -> dict:
+def tracks() -> dict:
     return phalp.tracks(turning(FRAMES))
 
 
 @pytest.mark.parametrize("write", phalp.WRITERS.values(), ids=phalp.WRITERS.keys())
-def test_tracks(tracks, turning, tmp_path, write):
+def test_tracks(tracks, tmp_path, write):
     path = tmp_path / "demo_walk.pkl"
     path.write_bytes(write(tracks))
     assert [name for name, each in adapters().items() if each.sniff(path)] == ["phalp"]

@@ -13,11 +13,7 @@ from pcnet3d.pipeline import H36M17, InputError
 from refusals import refused
 
 FRAMES = 40
-
-
-@pytest.fixture
-def world() -> np.ndarray:
-    return Person().standing(FRAMES)
+WORLD = Person().standing(FRAMES)
 
 
 def _write(path, names, points, separator=","):
@@ -42,8 +38,8 @@ def test_names(label, joint):
 
 @pytest.mark.parametrize(("unit", "scale"), [("m", 1), ("cm", 100), ("mm", 1000)])
 @pytest.mark.parametrize("up", ["z", "y"])
-def test_3d_tables_show_their_axes_and_unit(tmp_path, world, unit, scale, up):
-    joints = world if up == "z" else worlds.y_up(world)
+def test_3d_tables_show_their_axes_and_unit(tmp_path, unit, scale, up):
+    joints = WORLD if up == "z" else worlds.y_up(WORLD)
     poses = read(_write(tmp_path / "a.csv", H36M17.joints, scale * joints))
     assert (poses.frame.family, poses.frame.unit) == ("world", "m")
     np.testing.assert_allclose(
@@ -58,26 +54,26 @@ def test_3d_tables_of_a_camera(tmp_path):
     np.testing.assert_allclose(poses.joints, joints - joints[:, :1], atol=1e-5)
 
 
-def test_3d_tables_that_do_not_show_it_need_to_be_told(tmp_path, world):
-    lying = world[..., [2, 1, 0]] * [1, -1, 1]
+def test_3d_tables_that_do_not_show_it_need_to_be_told(tmp_path):
+    lying = WORLD[..., [2, 1, 0]] * [1, -1, 1]
     with refused("wrong-axes"):
         read(_write(tmp_path / "a.csv", H36M17.joints, lying))
     with refused("needs-input"):
-        read(_write(tmp_path / "a.csv", H36M17.joints, 7 * world))
+        read(_write(tmp_path / "a.csv", H36M17.joints, 7 * WORLD))
     assert read(tmp_path / "a.csv", unit="mm", up="z").frame.family == "world"
 
 
-def test_a_body_without_head_or_nose(tmp_path, world):
+def test_a_body_without_head_or_nose(tmp_path):
     names = [joint for joint in H36M17.joints if joint not in ("nose", "head", "spine")]
-    poses = read(_write(tmp_path / "a.csv", names, world[:, H36M17.indices(names)]))
+    poses = read(_write(tmp_path / "a.csv", names, WORLD[:, H36M17.indices(names)]))
     assert np.isnan(poses.joint("head")).all()
     assert np.isnan(poses.joint("nose")).all()
     assert np.isfinite(poses.joint("spine")).all()
 
 
-def test_a_table_without_limbs_is_refused_with_those_that_lack(tmp_path, world):
+def test_a_table_without_limbs_is_refused_with_those_that_lack(tmp_path):
     names = [joint for joint in H36M17.joints if joint != "l_wrist"]
-    path = _write(tmp_path / "a.csv", names, world[:, H36M17.indices(names)])
+    path = _write(tmp_path / "a.csv", names, WORLD[:, H36M17.indices(names)])
     assert recognised(path) == []
     with pytest.raises(InputError, match="l_wrist lack"):
         read(path, "table3d")

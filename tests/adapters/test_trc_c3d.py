@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.bodies import standing
 from golden.worlds import POSE2SIM, c3d, trc, y_up
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, change_frame
@@ -12,7 +13,7 @@ FRAMES = 40
 
 
 @pytest.fixture
-def markers(standing) -> np.ndarray:
+def markers() -> np.ndarray:
     """(40, 16, 3) z up, metres: POSE2SIM's markers."""
     return standing(FRAMES)[:, H36M17.indices(list(POSE2SIM.values()))]
 
@@ -31,7 +32,7 @@ def test_pose2sim_begins_anywhere_in_the_video(markers, tmp_path):
     assert not poses.frames_known
 
 
-def test_opensim_in_millimetres_under_our_own_names(standing, tmp_path):
+def test_opensim_in_millimetres_under_our_own_names(tmp_path):
     path = trc(tmp_path / "x.trc", H36M17.joints, 1000 * y_up(standing(FRAMES)), first=1, units="mm")
     poses = read(path)
     assert poses.frame.unit == "m"
@@ -48,7 +49,7 @@ def test_opensim_in_millimetres_under_our_own_names(standing, tmp_path):
     ],
     ids=["decimal commas", "blanks in the header", "blanks", "byte order mark"],
 )
-def test_trc_in_other_clothes(standing, markers, tmp_path, change):
+def test_trc_in_other_clothes(markers, tmp_path, change):
     path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
     path.write_text("\n".join(change(path.read_text().splitlines())), encoding="utf-8")
     agrees(read(path, "trc"), standing(FRAMES))
@@ -63,7 +64,7 @@ def test_a_cell_that_is_no_number_is_refused_with_line_and_column(markers, tmp_p
         read(path)
 
 
-def test_opencaps_markers_have_no_head(standing, tmp_path):
+def test_opencaps_markers_have_no_head(tmp_path):
     """Neck, limbs and feet, and markers of a study beside them."""
     joints = [joint for joint in H36M17.joints if joint not in ("head", "nose", "spine")]
     other = {"thorax": "Neck", "pelvis": "midHip"}
@@ -107,7 +108,7 @@ def test_sports2ds_invented_depth_is_refused(markers, tmp_path, told):
         read(path)
 
 
-def test_up_is_checked_and_can_be_told(standing, markers, tmp_path):
+def test_up_is_checked_and_can_be_told(markers, tmp_path):
     path = trc(tmp_path / "x.trc", POSE2SIM, markers)
     with pytest.raises(InputError, match="up=z"):
         read(path)
@@ -127,7 +128,7 @@ def test_without_a_nose_it_is_put_in_front_of_the_neck_and_said(markers, tmp_pat
 
 
 @pytest.mark.parametrize("prefix", ["S1:", "Ann_"])
-def test_a_subjects_name_before_the_points_does_not_matter(standing, markers, tmp_path, prefix):
+def test_a_subjects_name_before_the_points_does_not_matter(markers, tmp_path, prefix):
     path = trc(tmp_path / "x.trc", [prefix + name for name in POSE2SIM], y_up(markers))
     agrees(read(path), standing(FRAMES))
     ours = trc(tmp_path / "y.trc", [prefix + joint for joint in H36M17.joints], y_up(standing(FRAMES)))
@@ -135,7 +136,7 @@ def test_a_subjects_name_before_the_points_does_not_matter(standing, markers, tm
 
 
 @pytest.mark.parametrize("write", [trc, c3d])
-def test_subjects_are_people(standing, markers, tmp_path, write):
+def test_subjects_are_people(markers, tmp_path, write):
     """Bob lacks an ankle in the second file, which is not to be Ann's."""
     other = standing(FRAMES + 200)[200:]
     points = np.concatenate([markers, other[:, H36M17.indices(list(POSE2SIM.values()))] + [3, 0, 0]], axis=1)
@@ -166,7 +167,7 @@ def test_skin_markers_units_and_damage_have_words(markers, tmp_path):
         read(path)
 
 
-def test_c3d_says_its_unit_and_its_up(standing, markers, tmp_path):
+def test_c3d_says_its_unit_and_its_up(markers, tmp_path):
     path = c3d(tmp_path / "x.c3d", POSE2SIM, y_up(markers), unit="m", y_screen="+Y")
     agrees(read(path), standing(FRAMES))
 

@@ -4,30 +4,22 @@ import numpy as np
 import pytest
 
 from golden import lifters
+from golden.bodies import turning
 from pcnet3d.adapters import read, videopose3d
 from pcnet3d.pipeline import InputError
 
 FRAMES = 300
+RELATIVE = turning(FRAMES)
 
 
 @pytest.fixture
-def relative(turning) -> np.ndarray:
-    return turning(FRAMES)
-
-
-@pytest.fixture
-def export(relative, save):
+def export(save):
     """export(change) writes what run.py --viz-export saves: the pelvis near 0, but not at it."""
-    return lambda change=np.copy: save(change(lifters.viz_export(relative)))
+    return lambda change=np.copy: save(change(lifters.viz_export(RELATIVE)))
 
 
-@pytest.fixture
-def vis_folder(relative, tmp_path):
-    return lifters.vis_folder(tmp_path, relative)
-
-
-def test_keypoints_beside_are_not_taken_for_poses(vis_folder):
-    path = vis_folder / "input_2D" / "keypoints.npz"
+def test_keypoints_beside_are_not_taken_for_poses(tmp_path):
+    path = lifters.vis_folder(tmp_path, RELATIVE) / "input_2D" / "keypoints.npz"
     assert not videopose3d.sniff(path)
     with pytest.raises(InputError, match="expected an array of shape"):
         read(path, "videopose3d")
@@ -36,8 +28,8 @@ def test_keypoints_beside_are_not_taken_for_poses(vis_folder):
     assert not videopose3d.sniff(path)
 
 
-def test_other_key(tmp_path, relative):
-    np.savez(tmp_path / "poses.npz", joints=relative, names=np.zeros(17))
+def test_other_key(tmp_path):
+    np.savez(tmp_path / "poses.npz", joints=RELATIVE, names=np.zeros(17))
     with pytest.raises(InputError, match=r"'reconstruction'.*it holds joints, names"):
         read(tmp_path / "poses.npz", "videopose3d")
 
@@ -48,15 +40,15 @@ def test_clip_boundaries_of_a_lifter_that_works_in_clips(export):
         read(export(), clip=0)
 
 
-def test_with_trajectory(export, relative):
+def test_with_trajectory(export):
     """VideoPose3D adds the trajectory when it has a model for it: the person is then somewhere before the camera."""
     path = export(lambda joints: joints + np.array([0.5, 0.2, 4.0]))
-    np.testing.assert_allclose(read(path, "videopose3d").joints, relative, atol=1e-5)
+    np.testing.assert_allclose(read(path, "videopose3d").joints, RELATIVE, atol=1e-5)
 
 
-def test_display_coordinates_are_refused(export, relative):
+def test_display_coordinates_are_refused(export):
     """After camera_to_world and rebasing the heights, which assume the tilt of one camera."""
-    path = export(lambda _: lifters.displayed(relative))
+    path = export(lambda _: lifters.displayed(RELATIVE))
     assert not videopose3d.sniff(path)
     with pytest.raises(InputError, match="made for display"):
         read(path, "videopose3d")

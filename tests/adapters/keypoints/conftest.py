@@ -1,4 +1,4 @@
-"""Fixtures shared by the tests of 2D files and videos."""
+"""Fixtures shared by the tests of 2D files."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden import detections, films
+from golden import detections
 
 
 @pytest.fixture(scope="session")
@@ -19,9 +19,3 @@ def moving() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
 def write(tmp_path) -> Callable[[str, detections.Scene], Path]:
     """write(form, scene): a file, or a folder, of that form."""
     return lambda form, scene: detections.WRITERS[form](tmp_path, scene)
-
-
-@pytest.fixture(scope="session")
-def film() -> Callable[..., Path]:
-    """Write a tiny video whose frames have the given time stamps in milliseconds."""
-    return films.film

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from golden.films import film
 from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.video_frames import opened
@@ -67,7 +68,7 @@ def test_live_asks_no_address(listener):
     assert not asked
 
 
-def test_a_name_that_looks_like_an_address_is_a_file(film, tmp_path, monkeypatch, listener):
+def test_a_name_that_looks_like_an_address_is_a_file(tmp_path, monkeypatch, listener):
     asked = listener[1]
     monkeypatch.chdir(tmp_path)
     name = "concat:other.mp4"

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from golden.films import film_of
+from golden.films import film, film_of
 from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.take import Video
@@ -21,7 +21,7 @@ VARIABLE = [0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500]
 
 @pytest.mark.parametrize("reordered", [0, 2])
 @pytest.mark.parametrize("ending", ["mp4", "mov", "mkv"])
-def test_variable_rate_in_display_order(film, tmp_path, ending, reordered):
+def test_variable_rate_in_display_order(tmp_path, ending, reordered):
     """reordered: B-frames, which are stored before frames that are shown earlier."""
     path = film(tmp_path / f"clip.{ending}", VARIABLE, reordered=reordered)
     (clip,) = video.read(path)
@@ -46,14 +46,14 @@ def test_frames_of_avi_are_numbered_as_they_are_shown():
     assert (numbers, shown) == ((0, 1, 2, 3, 4, 5), tuple(frames))
 
 
-def test_first_frame_is_time_zero(film, tmp_path):
+def test_first_frame_is_time_zero(tmp_path):
     """A transport stream's clock does not begin at 0."""
     (clip,) = video.read(film(tmp_path / "clip.ts", range(0, 400, 40), first_ms=700))
     np.testing.assert_allclose(clip.time_s, np.arange(10) * 0.04, atol=1e-9)
     assert clip.fps == pytest.approx(25)
 
 
-def test_frames_before_the_edit_list_are_left_out(film, tmp_path):
+def test_frames_before_the_edit_list_are_left_out(tmp_path):
     """Three of twelve frames lie before time 0; decoders drop them, so frame numbers must not count them."""
     import av
 
@@ -66,7 +66,7 @@ def test_frames_before_the_edit_list_are_left_out(film, tmp_path):
 
 
 @pytest.mark.parametrize("clockwise", [0, 90, 180, 270])
-def test_rotation(film, tmp_path, clockwise):
+def test_rotation(tmp_path, clockwise):
     """OpenCV, which counts clockwise as well, is the witness."""
     cv2 = pytest.importorskip("cv2")
     path = film(tmp_path / "turned.mp4", range(0, 400, 40), rotation=-clockwise)
@@ -77,7 +77,7 @@ def test_rotation(film, tmp_path, clockwise):
 
 
 @pytest.mark.parametrize("ending", ["mp4", "mkv", "ts"])
-def test_pixels_that_are_not_square_are_refused(film, tmp_path, ending):
+def test_pixels_that_are_not_square_are_refused(tmp_path, ending):
     """As of HDV, 1440 x 1080 shown as 16:9; re-encoded videos of odd sizes are nearly square and fine."""
     path = film(tmp_path / f"hdv.{ending}", range(0, 400, 40), pixels=Fraction(4, 3))
     with pytest.raises(InputError, match=r"square pixels.*1\.33 times as wide.*setsar=1"):
@@ -85,13 +85,13 @@ def test_pixels_that_are_not_square_are_refused(film, tmp_path, ending):
     assert len(video.read(film(tmp_path / f"odd.{ending}", range(0, 400, 40), pixels=Fraction(1280, 1279))))
 
 
-def test_codec_is_the_format_not_the_decoder(film, tmp_path):
+def test_codec_is_the_format_not_the_decoder(tmp_path):
     """AV1 is decoded by libdav1d and VP8 by whichever library is built in."""
     assert video.read(film(tmp_path / "clip.webm", range(0, 200, 40), codec="libvpx"))[0].codec == "vp8"
     assert video.read(film(tmp_path / "clip.avi", range(0, 200, 40), codec="mpeg4"))[0].codec == "mpeg4"
 
 
-def test_cut_off_before_its_index(film, tmp_path):
+def test_cut_off_before_its_index(tmp_path):
     """An .mp4 whose index would have stood at the end: recognised, but it cannot be opened."""
     path = film(tmp_path / "clip.mp4", range(0, 4000, 40))
     path.write_bytes(path.read_bytes()[:-1500])
@@ -101,7 +101,7 @@ def test_cut_off_before_its_index(film, tmp_path):
 
 
 @pytest.mark.parametrize("share", [0.6, 0.9])
-def test_cut_off_after_its_index(film, tmp_path, share):
+def test_cut_off_after_its_index(tmp_path, share):
     """An .mp4 with its index at the front opens, and promises frames that are not there."""
     path = film(tmp_path / "clip.mp4", range(0, 4000, 40), movflags="faststart")
     assert len(video.read(path)[0].time_s) == 100
@@ -113,7 +113,7 @@ def test_cut_off_after_its_index(film, tmp_path, share):
 
 @pytest.mark.parametrize("stamps", [range(0, 4000, 40), range(0, 12000, 1000)])
 @pytest.mark.parametrize("ending", ["mkv", "flv"])
-def test_cut_off_without_an_index(film, tmp_path, ending, stamps):
+def test_cut_off_without_an_index(tmp_path, ending, stamps):
     """The header still says how long it was; half of a recording went through as a whole one."""
     import av
 
@@ -129,7 +129,7 @@ def test_cut_off_without_an_index(film, tmp_path, ending, stamps):
 
 
 @pytest.mark.parametrize("ending", ["mp4", "mov", "mkv", "webm", "avi", "flv", "ts", "wmv"])
-def test_a_whole_video_is_not_doubted(film, tmp_path, ending):
+def test_a_whole_video_is_not_doubted(tmp_path, ending):
     codecs = {"webm": "libvpx", "wmv": "wmv2", "avi": "mpeg4"}
     path = film(
         tmp_path / f"clip.{ending}", range(0, 4000, 40), codec=codecs.get(ending, "libx264"), first_ms=900
@@ -207,7 +207,7 @@ def test_real_files(data, name, frames, size, codec):
 @pytest.mark.parametrize(
     ("stated", "found"), [("240", 240), ("119.880119", 119.880119), ("fast", None), ("0", None)]
 )
-def test_slow_motion_that_a_phone_tags(film, tmp_path, stated, found):
+def test_slow_motion_that_a_phone_tags(tmp_path, stated, found):
     import av
 
     plain, tagged = film(tmp_path / "plain.mp4", range(0, 330, 33)), tmp_path / "tagged.mp4"
