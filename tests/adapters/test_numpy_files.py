@@ -16,22 +16,18 @@ from pcnet3d.pipeline.files.arrays import keys, load
 
 POSES = ("frames", 17, 3)
 ADAPTERS = [motionbert, ddhpose, videopose3d, arrays]
+JOINTS = np.random.default_rng(0).normal(size=(4, 17, 3)).astype(np.float32)
 
 
 @pytest.fixture
-def joints() -> np.ndarray:
-    return np.random.default_rng(0).normal(size=(4, 17, 3)).astype(np.float32)
-
-
-@pytest.fixture
-def npy(tmp_path: Path, joints: np.ndarray) -> Path:
-    np.save(tmp_path / "poses.npy", joints)
+def npy(tmp_path: Path) -> Path:
+    np.save(tmp_path / "poses.npy", JOINTS)
     return tmp_path / "poses.npy"
 
 
 @pytest.fixture
-def npz(tmp_path: Path, joints: np.ndarray) -> Path:
-    np.savez_compressed(tmp_path / "poses.npz", reconstruction=joints, other=joints[:, :5])
+def npz(tmp_path: Path) -> Path:
+    np.savez_compressed(tmp_path / "poses.npz", reconstruction=JOINTS, other=JOINTS[:, :5])
     return tmp_path / "poses.npz"
 
 
@@ -48,8 +44,8 @@ def refused(path: Path, *said: str, key: str | None = None) -> None:
 
 @pytest.mark.parametrize("dtype", ["float16", "float32", "float64", ">f4", "int32"])
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_arrays_come_back_as_saved(tmp_path, joints, dtype, order):
-    saved = np.asarray(100 * joints, dtype=dtype, order=order)
+def test_arrays_come_back_as_saved(tmp_path, dtype, order):
+    saved = np.asarray(100 * JOINTS, dtype=dtype, order=order)
     np.save(tmp_path / "a.npy", saved)
     np.savez(tmp_path / "a.npz", stored=saved)
     np.savez_compressed(tmp_path / "b.npz", deflated=saved)
@@ -133,8 +129,8 @@ def npy_bytes(shape: str, data: bytes, dtype: str = "<f4") -> bytes:
 @pytest.mark.parametrize(
     "shape", ["(1000000000000, 17, 3)", "(5, 17, 3)", "(3, 17, 3)", "(-4, 17, 3)", f"({10**30}, 17, 3)"]
 )
-def test_lying_header(tmp_path, joints, shape):
-    lie = npy_bytes(shape, joints.tobytes())
+def test_lying_header(tmp_path, shape):
+    lie = npy_bytes(shape, JOINTS.tobytes())
     (tmp_path / "lie.npy").write_bytes(lie)
     with zipfile.ZipFile(tmp_path / "lie.npz", "w") as archive:
         archive.writestr("reconstruction.npy", lie)

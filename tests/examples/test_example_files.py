@@ -4,13 +4,11 @@ from itertools import pairwise
 
 import av
 import numpy as np
-import pytest
 
 from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.examples.walker.files import (
     UNDETECTED,
-    ExampleFiles,
     write_files,
     write_keypoints,
     write_poses,
@@ -21,11 +19,6 @@ from pcnet3d.examples.walker.walk import Walk
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import HALPE26
 from pcnet3d.pipeline.reading.load import read_video
-
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory, walk, camera) -> ExampleFiles:
-    return write_files(tmp_path_factory.mktemp("example") / "input", walk, camera)
 
 
 def rng() -> np.random.Generator:
@@ -57,7 +50,8 @@ def test_poses_without_noise_are_the_truth_in_a_unit_that_follows_the_distance(t
     np.testing.assert_allclose(size * distance, size[0] * distance[0], rtol=1e-5)
 
 
-def test_the_video_shows_the_take(files, walk, camera):
+def test_the_video_shows_the_take(walk, camera, tmp_path):
+    files = write_files(tmp_path / "input", walk, camera)
     assert files.video.stat().st_size < 300_000
     with av.open(str(files.video)) as container:
         stream = container.streams.video[0]

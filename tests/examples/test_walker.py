@@ -19,12 +19,6 @@ PERRY = np.array(
 STRAIGHT = {"turn_deg": 0.0}
 
 
-@pytest.fixture(scope="module")
-def fine() -> Walk:
-    """The same take, a frame every millisecond."""
-    return walker(fps=1000.0)
-
-
 def bone(walk: Walk, start: str, end: str) -> np.ndarray:
     return walk.joint(end) - walk.joint(start)
 
@@ -70,8 +64,8 @@ def test_facing_is_the_stated_heading_and_the_way_of_walking(heading_deg, turn_d
     np.testing.assert_allclose(walk.root[-1, :2], 0, atol=1e-9)
 
 
-def test_velocities_and_rates_are_the_derivatives(fine):
-    step = 1e-3
+def test_velocities_and_rates_are_the_derivatives():
+    fine, step = walker(fps=1000.0), 1e-3
     inner = slice(1, -1)
     central = (fine.world[2:] - fine.world[:-2]) / (2 * step)
     np.testing.assert_allclose(fine.velocity_mps[inner], central, atol=2e-3)

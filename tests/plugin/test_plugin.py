@@ -52,18 +52,6 @@ def fresh(wheel, tmp_path_factory) -> Path:
     return programs
 
 
-@pytest.fixture(scope="module")
-def exported(tmp_path_factory) -> Path:
-    """Acme's poses.csv of the walker."""
-    walk = walker(seconds=4)
-    joints = camera_poses(walk, side_camera(walk)).joints
-    rows = np.column_stack([walk.time_s, (1000 * joints * [1, -1, -1]).reshape(len(walk), -1)])
-    header = ["time_s", *(f"{joint}_{axis}" for joint in H36M17.joints for axis in "xyz")]
-    path = tmp_path_factory.mktemp("acme") / "poses.csv"
-    np.savetxt(path, rows, fmt="%.4f", delimiter=",", header=",".join(header), comments="")
-    return path
-
-
 def test_its_own_tests_pass(fresh, tmp_path):
     shutil.copytree(TEMPLATE / "tests", tmp_path / "tests")
     assert "passed" in run(
@@ -80,10 +68,14 @@ def test_it_is_listed_beside_ours(fresh):
         assert any(line.startswith(f"{name} ") for line in run(fresh / "pcnet3d", "list", what).splitlines())
 
 
-def test_a_run_reads_by_its_adapter_goes_through_its_stage_and_ends_with_its_writer(
-    fresh, exported, tmp_path
-):
+def test_a_run_reads_by_its_adapter_goes_through_its_stage_and_ends_with_its_writer(fresh, tmp_path):
     """The file is recognised by its content, and the file's own times are used."""
+    walk = walker(seconds=4)
+    joints = camera_poses(walk, side_camera(walk)).joints
+    rows = np.column_stack([walk.time_s, (1000 * joints * [1, -1, -1]).reshape(len(walk), -1)])
+    header = ["time_s", *(f"{joint}_{axis}" for joint in H36M17.joints for axis in "xyz")]
+    exported = tmp_path / "poses.csv"  # Acme's
+    np.savetxt(exported, rows, fmt="%.4f", delimiter=",", header=",".join(header), comments="")
     recipe = TEMPLATE / "recipe.toml"
     run(
         fresh / "pcnet3d",

@@ -116,17 +116,13 @@ fisheye = false
 """
 
 
-@pytest.fixture
-def calibration(video, tmp_path):
+def test_a_calibrated_camera_has_the_files_focal_length_and_no_distortion_left(video, tmp_path):
     width, height = video.width, video.height
     text = CALIBRATION.format(
         width=width, height=height, focal=0.9 * max(width, height), x=width / 2, y=height / 2
     )
-    (tmp_path / "Calib.toml").write_text(text)
-    return tmp_path / "Calib.toml"
-
-
-def test_a_calibrated_camera_has_the_files_focal_length_and_no_distortion_left(video, calibration):
+    calibration = tmp_path / "Calib.toml"
+    calibration.write_text(text)
     take = Calibrate(camera_file=calibration, camera_name="cam01")(Take("street", video=video))
     assert take.camera.focal_source == "told"
     assert take.camera.focal_px == pytest.approx(0.9 * max(video.width, video.height), rel=0.05)

@@ -31,14 +31,9 @@ def folder(walk, tmp_path_factory):
     return path / "out"
 
 
-@pytest.fixture(scope="module")
-def columns(folder):
-    return pq.read_table(folder / "kinematics.parquet").to_pydict()
-
-
-def test_angles_of_the_walkers_feet(columns, walk):
+def test_angles_of_the_walkers_feet(folder, walk):
     """But for a sole that lies on the floor; the middle of the toes is 4 degrees outwards."""
-    made = walk.angles_deg
+    made, columns = walk.angles_deg, pq.read_table(folder / "kinematics.parquet").to_pydict()
     for side in "rl":
         shank = (
             made[f"{side}_thigh_trunk_flexion_deg"]

@@ -29,11 +29,6 @@ def turning():
     return walker(seconds=10, turn_deg=-110)
 
 
-@pytest.fixture(scope="module")
-def straight():
-    return walker(seconds=10, turn_deg=0)
-
-
 def camera_of(walk):
     return aimed(walk.root.mean(axis=0), 6, heading_deg=70, pitch_deg=25, roll_deg=6)
 
@@ -59,8 +54,9 @@ def test_a_walk_around_a_corner_tells_up_whatever_the_guess_leans(turning):
         assert fused.shares["floor"] > 0.8
 
 
-def test_a_walk_along_a_line_tells_the_angle_along_it_only(straight):
+def test_a_walk_along_a_line_tells_the_angle_along_it_only():
     """As on a tightrope; what feet apart tell about the angle across it is known worse than that along it."""
+    straight = walker(seconds=10, turn_deg=0)
     joints, up = seen(straight)
     path = unit(joints[-1, 0] - joints[0, 0])
     across = np.cross(up, path)

@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 
+from golden.detections import drawn_tracks
 from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, InputError
@@ -72,15 +73,8 @@ def test_who_lies_or_bends_is_not_upside_down(save, bodies):
     assert upside_down(poses.with_(joints=bent)) == []
 
 
-@pytest.fixture
-def keypoints(tmp_path):
-    one = {"category_id": 1, "keypoints": list(range(1, 52)), "score": 2.0, "idx": 1, "box": [0, 0, 9, 9]}
-    listed = [{"image_id": f"{i}.jpg", **one} for i in range(60)]
-    (tmp_path / "ap.json").write_text(json.dumps(listed))
-    return tmp_path / "ap.json"
-
-
-def test_exchanged_arguments(save, bodies, keypoints, tmp_path):
+def test_exchanged_arguments(save, bodies, tmp_path):
+    keypoints = drawn_tracks(tmp_path / "ap.json", {1: range(60)})
     poses, clip = (
         save(bodies + np.float32([0.1, 0, 0])),
         tmp_path / "clip.mp4",

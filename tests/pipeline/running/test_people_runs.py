@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,12 +37,6 @@ def recipe() -> Recipe:
 def done(mmpose, recipe, tmp_path_factory):
     output = tmp_path_factory.mktemp("done") / "out"
     return output, run_people(RunOptions(poses=mmpose(ghost=4), fps=30), output, recipe)
-
-
-@pytest.fixture
-def output(done, tmp_path) -> Path:
-    """A copy of that folder."""
-    return shutil.copytree(done[0], tmp_path / "out")
 
 
 def test_a_whole_run_each_in_one_level(done, scene):
@@ -118,7 +111,8 @@ def test_what_cannot_be_for_all_people_is_refused_and_leaves_no_folder(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(output, mmpose, recipe):
+def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, recipe, tmp_path):
+    output = shutil.copytree(done[0], tmp_path / "out")
     run_files(RunOptions(poses=mmpose(), fps=30, person="1"), output, recipe)
     assert not (output / "0").exists()
     run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)

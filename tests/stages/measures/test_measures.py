@@ -131,8 +131,10 @@ def test_symmetry_of_a_symmetric_person_and_of_a_stiff_leg(walk, take):
     assert stiff["symmetry_index_percent"] == pytest.approx(100 * (1 - 0.5) / 0.75, abs=2)
 
 
-def test_missing_joints_make_figures_absent_with_a_reason(without):
-    found = nested(measured(without("r_knee", slice(None))).measures)
+def test_missing_joints_make_figures_absent_with_a_reason(walk):
+    joints = walk.poses.joints.copy()
+    joints[:, H36M17.index("r_knee")] = np.nan
+    found = nested(measured(walk.poses.with_(joints=joints)).measures)
     knee = found["range_of_motion"]["r_knee_flexion"]
     assert knee == {"withheld": "few-frames", "frames": 0, "nan_share": 1.0}
     assert found["symmetry"]["knee_flexion"] == {"withheld": "side-missing"}

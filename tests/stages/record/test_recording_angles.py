@@ -10,19 +10,13 @@ from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH
 ORIGIN = "ViewBlueprint:space_origin"
 
 
-@pytest.fixture
-def recorded(taken):
-    """recorded(kinematics): a recording of the take with these columns."""
-    return lambda kinematics: taken(kinematics=kinematics)[1]
-
-
 def columns(**given):
     rows = {"r_knee_flexion_deg": np.arange(12.0), "l_knee_flexion_deg": np.arange(12.0) * 2}
     return {**rows, "r_knee_flexion_reason": np.zeros(12, "i1"), **given}
 
 
-def test_both_sides_of_an_angle_in_one_view(recorded):
-    recording = recorded(columns())
+def test_both_sides_of_an_angle_in_one_view(taken):
+    recording = taken(kinematics=columns())[1]
     frame, _, values = recording.over_time("angles/knee_flexion", "Scalars:scalars")
     np.testing.assert_array_equal(values, np.stack([np.arange(12), 2 * np.arange(12)], axis=1))
     assert frame.tolist() == list(range(5, 17))[: len(frame)]
@@ -31,14 +25,14 @@ def test_both_sides_of_an_angle_in_one_view(recorded):
     assert "angles/knee_flexion" in recording.blueprint(ORIGIN)
 
 
-def test_every_angle_has_a_view_in_its_group(recorded):
-    blueprint = recorded({f"{name}_deg": np.arange(12.0) for name in ANGLES}).blueprint(ORIGIN)
+def test_every_angle_has_a_view_in_its_group(taken):
+    blueprint = taken(kinematics={f"{name}_deg": np.arange(12.0) for name in ANGLES})[1].blueprint(ORIGIN)
     assert {f"angles/{name}" for name in OF_BOTH} <= set(blueprint)
 
 
-def test_the_band_where_it_is_stated(recorded):
-    assert "angles/knee_flexion/low" not in recorded(columns()).entities
-    recording = recorded(columns(r_knee_flexion_sd_deg=np.full(12, 2.0)))
+def test_the_band_where_it_is_stated(taken):
+    assert "angles/knee_flexion/low" not in taken(kinematics=columns())[1].entities
+    recording = taken(kinematics=columns(r_knee_flexion_sd_deg=np.full(12, 2.0)))[1]
     low, high = (
         np.array(recording.over_time(f"angles/knee_flexion/{end}", "Scalars:scalars")[2])
         for end in ("low", "high")
@@ -67,7 +61,7 @@ def test_poses_of_every_second_frame_have_gaps_where_one_is_lost(make_take, read
 
 
 @pytest.mark.parametrize("kinematics", [None, {"r_knee_flexion_deg": np.full(12, np.nan)}])
-def test_no_angles_no_view(recorded, kinematics):
-    recording = recorded(kinematics)
+def test_no_angles_no_view(taken, kinematics):
+    recording = taken(kinematics=kinematics)[1]
     assert not any(entity.startswith("angles") for entity in recording.entities)
     assert not any(origin.startswith("angles") for origin in recording.blueprint(ORIGIN))

@@ -16,12 +16,6 @@ BLOB, STAMP, PART = "AssetVideo:blob", "VideoFrameReference:timestamp", "VideoFr
 UNEVEN_MS = (0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500)
 
 
-@pytest.fixture
-def recorded(taken):
-    """recorded(video, frames=True): the recording of a take with that video."""
-    return lambda video, frames=True: taken(frames, video=video)[1]
-
-
 def mp4(part) -> io.BytesIO:
     return io.BytesIO(part.asset.blob.as_arrow_array().values.to_numpy().tobytes())
 
@@ -58,9 +52,9 @@ def spot(images: np.ndarray) -> np.ndarray:
         ("libvpx-vp9", "film.mp4", 0),
     ],
 )
-def test_playable_video_keeps_its_packets(recorded, film, codec, name, bf):
+def test_playable_video_keeps_its_packets(taken, film, codec, name, bf):
     video = film(codec, name, bf=bf)
-    recording = recorded(video)
+    recording = taken(video=video)[1]
     own = io.BytesIO(bytes(recording.static("video_parts/0", BLOB)[0]))
     assert packets_of(own) == packets_of(video.path)
     frame, nanoseconds, references = recording.over_time("video", STAMP)
@@ -72,9 +66,9 @@ def test_playable_video_keeps_its_packets(recorded, film, codec, name, bf):
 
 
 @pytest.mark.parametrize(("codec", "name"), [("mpeg4", "film.mp4"), ("ffv1", "film.avi")])
-def test_other_video_is_transcoded_once(recorded, film, codec, name):
+def test_other_video_is_transcoded_once(taken, film, codec, name):
     video = film(codec, name)
-    recording = recorded(video)
+    recording = taken(video=video)[1]
     time_s, images = frames_of(io.BytesIO(bytes(recording.static("video_parts/0", BLOB)[0])))
     np.testing.assert_allclose(time_s, video.time_s, atol=1e-4)
     np.testing.assert_allclose(spot(images), spot(frames_of(video.path)[1]), atol=0.3)
@@ -84,10 +78,10 @@ def test_other_video_is_transcoded_once(recorded, film, codec, name):
 
 
 @pytest.mark.parametrize("bf", [0, 2])
-def test_long_video_is_cut_at_key_frames_and_its_packets_are_untouched(recorded, film, monkeypatch, bf):
+def test_long_video_is_cut_at_key_frames_and_its_packets_are_untouched(taken, film, monkeypatch, bf):
     monkeypatch.setattr("pcnet3d.stages.drawing.rerun_video.PART_BYTES", 1)
     video = film(bf=bf, time_ms=range(0, 1200, 40), group=5)
-    recording = recorded(video)
+    recording = taken(video=video)[1]
     frame, nanoseconds, stamps, entities = [], [], [], []
     for batch in recording.batches("video", STAMP, static=False):
         frame += batch.column("frame").to_pylist()
@@ -195,8 +189,8 @@ def test_slow_motion_runs_with_the_poses(make_take, read_back, film):
         np.testing.assert_allclose(nanoseconds / 1e9, frame / 100, atol=1e-9)
 
 
-def test_no_frames_means_no_image(recorded, film):
-    recording = recorded(film("mpeg4"), frames=False)
+def test_no_frames_means_no_image(taken, film):
+    recording = taken(frames=False, video=film("mpeg4"))[1]
     assert "video" not in recording.entities
     assert not any("AssetVideo:blob" in chunk.to_record_batch().schema.names for chunk in recording.chunks)
     assert "2D keypoints" in recording.blueprint("ViewBlueprint:display_name")
@@ -219,9 +213,9 @@ def test_broken_video_is_refused(film, make_take, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
 
 
-def test_of_a_part_only_its_frames_are_there(recorded, film):
+def test_of_a_part_only_its_frames_are_there(taken, film):
     video = replace(film(time_ms=range(0, 480, 40)), part=(3, 8))
-    recording = recorded(video)
+    recording = taken(video=video)[1]
     frames, seconds, _ = recording.over_time("video", STAMP)
     assert list(frames) == list(range(3, 9))
     np.testing.assert_allclose(seconds / 1e9, video.time_s[3:9], atol=1e-6)

@@ -17,13 +17,10 @@ STRIPS = "LineStrips3D:strips"
 
 
 @pytest.fixture(scope="module")
-def seen_by(walk):
-    return aimed(walk.root.mean(axis=0), 6, heading_deg=walk.heading_deg[0] + 100, pitch_deg=10, roll_deg=3)
-
-
-@pytest.fixture(scope="module")
-def take(walk, seen_by):
+def take(walk):
     """The walker, whose place before the camera is known."""
+    middle = walk.root.mean(axis=0)
+    seen_by = aimed(middle, 6, heading_deg=walk.heading_deg[0] + 100, pitch_deg=10, roll_deg=3)
     take, root = filmed(walk, seen_by), seen_by.points(walk.root[:, None])[:, 0]
     poses = take.poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"), path=RootPath(root))
     return Pipeline(GEOMETRIC[:3])(take.with_(poses=poses))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.angle_error.posture import POSTURES
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import judge
@@ -37,14 +37,9 @@ from refusals import refused
 
 
 @pytest.fixture(scope="module")
-def clip():
-    walk = walker(seconds=4)
-    return Clip("03_01", "03", "asfamc", walk.fps, walk.world.astype(np.float32))
-
-
-@pytest.fixture(scope="module")
-def exact(clip):
+def exact():
     """The captured joints after a run that was told up, as if a lifter had made them."""
+    clip = walked(seconds=4)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sets, "read_clips", lambda subjects: (clip,))
         configuration = Configuration(lifter="", up_told=True, focal_known=True, bed="typical")

@@ -21,15 +21,10 @@ def site(tmp_path_factory) -> str:
 
 
 @pytest.fixture(scope="session")
-def beside(site) -> dict[str, str]:
-    """The environment of every process, which imports pcnet3d from where this one does."""
+def begun(site) -> Callable[..., subprocess.Popen]:
+    """begun("batch", ...): the command, running; it imports pcnet3d from where this process does."""
     before = os.environ.get("PYTHONPATH")
-    return {**os.environ, "PYTHONPATH": os.pathsep.join([site, before] if before else [site])}
-
-
-@pytest.fixture(scope="session")
-def begun(beside) -> Callable[..., subprocess.Popen]:
-    """begun("batch", ...): the command, running."""
+    beside = {**os.environ, "PYTHONPATH": os.pathsep.join([site, before] if before else [site])}
 
     def begin(*words: object, **options) -> subprocess.Popen:
         command = [*commands.APART, *map(str, words)]

@@ -27,12 +27,6 @@ def finished(pcnet3d, tmp_path_factory):
     return manifest, folder / "out", said
 
 
-@pytest.fixture
-def small(tmp_path) -> Path:
-    """The manifest of a study of two good takes."""
-    return write_study(tmp_path / "in", 2)
-
-
 def table(folder: Path) -> list[dict]:
     return parquet.read_table(folder / "study.parquet").to_pylist()
 
@@ -215,8 +209,8 @@ def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     assert "1 take done (1 of them before)" in kept.stdout
 
 
-def test_options_for_every_take_are_checked_before_any_runs(small, pcnet3d, tmp_path):
-    out = tmp_path / "out"
+def test_options_for_every_take_are_checked_before_any_runs(pcnet3d, tmp_path):
+    small, out = write_study(tmp_path / "in", 2), tmp_path / "out"
     refused(pcnet3d("batch", small, "-o", out, "--device", "directml"), "offers here", "--device directml")
     twice = pcnet3d("batch", small, "-o", out, "--device", "cpu", "--set", "device=auto")
     refused(twice, "--device and --set device")
