@@ -36,14 +36,13 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow.parquet as parquet
-from scipy.spatial.transform import Rotation
 
 KEPT = {
     "poses.npz", "keypoints.npz", "testbed.npz", "kinematics.parquet", "study.parquet", "summary.json", "compare.json",
@@ -140,7 +139,7 @@ _WORDS = {
     "MHFORMER": "DATA/native/mhformer/skating",
 }  # DATA and INPUTS come last, as paths may have spaces
 _ONLY_NUMBERS = " --set record=off --set report=off"  # of `run` and `batch`
-_SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
+_SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size={4} --fps 30 "
 _OPTIONS = (
     "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=mask",
     "--set trajectories.smoother=butterworth --set angles.smoother=butterworth", "--camera moving",
@@ -149,10 +148,6 @@ _OPTIONS = (
 _CAPTURED = "run --poses INPUTS/{}.npy --adapter arrays -O layout=H36M17 -O frame={} -O unit=m --fps {}"
 
 _TAKES, _FEWEST, _MOST = 40, 60, 300  # simulated takes, and their frames
-_SIZE = np.array([1280, 720])
-# Rows of H36M17 (the data's README) in COCO's order, with the nose for eyes and ears.
-_AS_COCO = [9, 9, 9, 9, 9, 11, 14, 12, 15, 13, 16, 4, 1, 5, 2, 6, 3]
-_LEFT_LEG, _RIGHT_LEG = [11, 13, 15], [12, 14, 16]
 _WRITTEN = "commands.txt"  # of the inputs: a line for each command that is made along with them; written last
 
 
@@ -269,8 +264,8 @@ def _write_inputs(data: Path, inputs: Path) -> None:
     inputs.mkdir(parents=True)
     _write_real(data, inputs)
     _write_films(data, inputs)
-    commands = _write_simulated(data, inputs) | _write_golden(inputs) | _write_strapped(inputs)
-    _write_study(inputs)
+    commands = _write_simulated(inputs) | _write_golden(inputs) | _write_strapped(inputs)
+    _write_study(inputs, commands)
     lines = "".join(f"{name}: {line}\n" for name, line in commands.items())
     (inputs / _WRITTEN).write_text(lines, encoding="utf-8")
 
@@ -356,15 +351,25 @@ def _write_golden(inputs: Path) -> dict[str, str]:
     return commands
 
 
-def _write_simulated(data: Path, inputs: Path) -> dict[str, str]:
+def _write_simulated(inputs: Path) -> dict[str, str]:
     """Clips of validation subjects, as seen; the commands for them, with one option or another."""
-    clips, commands = list(_clips(data)), {}
+    from golden.detections import AS_COCO
+    from pcnet3d.models.lab.evaluation.testbed import see
+    from pcnet3d.models.lab.mocap.clips import read_clips
+    from pcnet3d.models.lab.synthetic.cameras import TYPICAL
+    from pcnet3d.pipeline.core.camera import pitch_roll_deg
+
+    clips, commands = [clip for clip in read_clips("val") if len(clip) >= _FEWEST], {}
     for n, index in enumerate(np.linspace(0, len(clips) - 1, _TAKES).round().astype(int)):
-        points, *camera = _seen(clips[index], np.random.default_rng(n))
-        _write_coco(inputs / f"take{n:02}.json", points)
-        commands[f"simulated/take{n:02}"] = (_SEEN + _OPTIONS[n % len(_OPTIONS)]).format(n, *camera)
+        clip = replace(clips[index], joints=clips[index].joints[:_MOST])
+        seen = see(clip, n, views=TYPICAL)
+        found = np.dstack([seen.keypoints.joints, seen.keypoints.confidence])
+        _write_coco(inputs / f"take{n:02}.json", np.nan_to_num(found[:, AS_COCO]))
+        camera = (round(of, 1) for of in (seen.focal_px, *pitch_roll_deg(seen.up).tolist()))
+        words = _SEEN + _OPTIONS[n % len(_OPTIONS)]
+        commands[f"simulated/take{n:02}"] = words.format(n, *camera, "{}x{}".format(*seen.image_size))
         if n % 10 == 0:  # the motion capture itself too
-            _write_captured(inputs, f"take{n:02}", clips[index])
+            _write_captured(inputs, f"take{n:02}", clip.joints.astype(float))
             commands[f"captured/take{n:02}"] = _CAPTURED.format(f"take{n:02}", "Z_UP", 30)
     return commands
 
@@ -401,7 +406,7 @@ def _write_strapped(inputs: Path) -> dict[str, str]:
     }
 
 
-def _write_study(inputs: Path) -> None:
+def _write_study(inputs: Path, commands: Mapping[str, str]) -> None:
     """Two visits of three people, a take that fails, and a folder of poses without a manifest."""
     from golden.lifters import x3d
     from golden.walking import Walking
@@ -411,47 +416,13 @@ def _write_study(inputs: Path) -> None:
     rows = ["name,subject,visit,keypoints,image-size,fps"]
     for n in range(6):
         shutil.copy(inputs / f"take{n:02}.json", study)
-        rows.append(f"take{n},{n // 2},{'first' if n % 2 == 0 else 'second'},take{n:02}.json,1280x720,30")
+        size = commands[f"simulated/take{n:02}"].partition("image_size=")[2].split()[0]
+        rows.append(f"take{n},{n // 2},{'first' if n % 2 == 0 else 'second'},take{n:02}.json,{size},30")
     (study / "cut_off.json").write_text((study / "take00.json").read_text("utf-8")[:10_000], "utf-8")
-    rows.append("cut_off,3,first,cut_off.json,1280x720,30")
+    rows.append(f"cut_off,3,first,cut_off.json,{size},30")
     (study / "manifest.csv").write_text("\n".join(rows), "utf-8")
     for n, first in enumerate((0, 120)):
         np.save(study / "folder" / f"walk{n}.npy", x3d(Walking().turning(300)[first : first + 120]))
-
-
-def _clips(data: Path) -> Iterator[np.ndarray]:
-    """(T, 17, 3) metres, world, z up, of each clip that is long enough."""
-    splits = json.loads((data / "splits.json").read_text())
-    for name in ("cmu_mocap", "accad_mocap", "tennis_mocap"):
-        with np.load(data / f"{name}.npz") as file:
-            world, starts = file["joints"] + file["root"][:, None], file["clip_start"]
-            for clip, start, stop in zip(file["clip_name"], starts, starts[1:], strict=False):
-                if clip.partition("_")[0] in splits[name]["val"] and stop - start >= _FEWEST:
-                    yield world[start : min(stop, start + _MOST)].astype(float)
-
-
-def _seen(world: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float, float, float]:
-    """(T, 17, 3) pixels and scores in COCO's order, as a tilted camera and a faulty detector see them; the camera's
-    focal length in pixels, pitch and roll in degrees. world: (T, 17, 3) metres, z up."""
-    focal_px, pitch, roll = (round(rng.uniform(*ends), 1) for ends in ((1000, 2000), (-5, 25), (-8, 8)))
-    R_level_from_world = [[1, 0, 0], [0, 0, -1], [0, 1, 0]] @ _turn("z", rng.uniform(0, 360))
-    R_camera_from_world = _turn("z", -roll) @ _turn("x", pitch) @ R_level_from_world
-    joints = (world - world.mean(axis=(0, 1))) @ R_camera_from_world.T
-    nearest = (np.abs(joints[..., :2]) * focal_px / (_SIZE / 2) - joints[..., 2:]).max()
-    joints[..., 2] += nearest * rng.uniform(1.05, 1.5)
-    pixels = (focal_px * joints[..., :2] / joints[..., 2:] + _SIZE / 2)[:, _AS_COCO]
-    score = rng.uniform(0.2, 1.0, (*pixels.shape[:2], 1))
-    noise_px = np.where(score < 0.25, 0.08, 0.01) * np.median(np.ptp(pixels[..., 1], axis=1))
-    points = np.concatenate([pixels + noise_px * rng.standard_normal(pixels.shape), score], axis=-1)
-    exchanged, hidden = rng.integers(0, len(world) - 15, 2)
-    legs = points[exchanged : exchanged + 4]
-    legs[:, _LEFT_LEG + _RIGHT_LEG] = legs[:, _RIGHT_LEG + _LEFT_LEG]
-    points[hidden : hidden + 15, rng.choice(17, 2, replace=False)] = 0
-    return points, focal_px, pitch, roll
-
-
-def _turn(axis: str, degrees: float) -> np.ndarray:
-    return Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
 
 
 Leaves = dict[str, np.ndarray]  # by key: numbers as float64, or text
