@@ -178,17 +178,6 @@ def test_where_one_track_ends_another_begins_is_said(ends, begins, cuts, told):
         assert [each.values["frame"] for each in said if each.code == "cut-or-another"] == [30] * told
 
 
-@pytest.mark.parametrize(("joints", "told"), [(17, True), (2, False)])
-def test_who_comes_back_where_another_is_lost_may_be_the_other(joints, told):
-    """Of two joints nobody can tell; the distance was taken for none."""
-    frames, person = np.r_[0:20, 22:60], np.r_[[0] * 20, [1] * 8, [0] * 30]
-    points = np.random.default_rng(0).uniform(0, 200, (17, 2)) + np.zeros((58, 1, 1))
-    points[20:] += 900 + 0.1 * np.arange(38)[:, None, None]
-    points[:, joints:] = np.nan
-    said = choose_detected(detected(frames, scored(points), person).people(), "0", "").notices
-    assert [each.values["frame"] for each in said if each.code == "leap-between-people"] == [30] * told
-
-
 def going_on(frame: int) -> np.ndarray:
     """(17, 2) joints of somebody who moves a pixel a frame."""
     return np.array([100.0 + frame, 100.0]) + 50 * np.random.default_rng(0).uniform(-1, 1, (17, 2))

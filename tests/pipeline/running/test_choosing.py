@@ -54,13 +54,18 @@ def test_equals_are_to_be_chosen_by_name(facing_camera):
             choose_person(people, rank, "x")
 
 
-@pytest.mark.parametrize(("aside", "lasts", "told"), [(0.1, 8, True), (2.0, 8, False), (0.1, 12, False)])
-def test_who_comes_back_where_another_is_lost_may_be_the_other(facing_camera, aside, lasts, told):
-    """Three men were one person, and nothing was said. The other is there from frame 10 on, this one not until 17."""
+@pytest.mark.parametrize(
+    ("aside", "lasts", "joints", "told"),
+    [(0.1, 8, 17, True), (2.0, 8, 17, False), (0.1, 12, 17, False), (0.1, 8, 2, False)],
+)
+def test_who_comes_back_where_another_is_lost_may_be_the_other(facing_camera, aside, lasts, joints, told):
+    """Three men were one person, and nothing was said. The other is there from frame 10 on, this one not until 17. Of
+    two joints nobody can tell; the distance was taken for none."""
 
     def at(name: str, frames: np.ndarray, away: np.ndarray) -> PoseSequence:
-        joints = 100 * (facing_camera[:, :2] + np.stack([away, 0 * away], axis=-1)[:, None])
-        return PoseSequence(joints, H36M17, IMAGE, frame_index=frames, time_s=frames / 10, person=name)
+        points = 100 * (facing_camera[:, :2] + np.stack([away, 0 * away], axis=-1)[:, None])
+        points[:, joints:] = np.nan
+        return PoseSequence(points, H36M17, IMAGE, frame_index=frames, time_s=frames / 10, person=name)
 
     seen = np.r_[:10, 18:40]
     one = at("0", seen, np.where(seen < 18, 0.0, 1.0 + aside))

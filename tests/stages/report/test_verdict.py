@@ -8,7 +8,7 @@ from pcnet3d.pipeline import Pipeline, Take, read_run
 from pcnet3d.pipeline.core.notices import verdict
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.running.conclusion import conclude
-from pcnet3d.pipeline.running.sentences import POSES_ARE, judgement
+from pcnet3d.pipeline.running.sentences import POSES_ARE, exit_code, judgement, trusted
 from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.provenance import provenance
 from pcnet3d.stages.export.stage import Export, summary
@@ -67,14 +67,22 @@ def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys, tmp_path)
     assert "poses are" not in report(take)
 
 
-@pytest.mark.parametrize("kind", ["measured", "estimated", "unknown"])
-def test_poses_are_good_only_if_something_tells_how_far_they_are_off(takes, kind, tmp_path):
+@pytest.mark.parametrize(
+    ("kind", "basis"),
+    [("measured", "none"), ("estimated", "none"), ("unknown", "none"), ("estimated", "disagreement")],
+)
+def test_poses_are_good_only_if_something_tells_how_far_they_are_off(takes, kind, basis, tmp_path):
     """Poses of which nobody said who made them were "good" in the report, those of an estimator of unknown error in the
-    study's page."""
+    study's page; a foreign lifter's take that was off by 146 mm was good."""
     of = takes["good"]
-    take = of.with_(poses=of.poses.with_(made_by=MadeBy(kind)), angle_errors="none", kinematics={})
-    expected = "good" if kind == "measured" else "error-unknown"
-    assert (take.verdict, judgement(take)) == ("good", expected)
+    take = of.with_(poses=of.poses.with_(made_by=MadeBy(kind)), angle_errors=basis, kinematics={})
+    expected = "good" if kind == "measured" or basis == "disagreement" else "error-unknown"
+    assert (take.verdict, judgement(take), exit_code(take)) == ("good", expected, 0)
+    words = trusted(take)
+    assert ("The poses are good" in words, "cannot be judged" in words) == (
+        expected == "good",
+        expected != "good",
+    )
     Export(tmp_path)(take)
     assert judgement(read_run(tmp_path)) == expected
     assert figures(tmp_path)[0]["judgement"] == expected
