@@ -4,21 +4,16 @@ line ends, with decimal commas, or with an entry a line. A reader that is listed
 import gzip
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from golden.bodies import Person
-from golden.catalogue import CATALOGUE, Golden
+from golden.catalogue import CATALOGUE
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.options import call
 
 TEXTS = {".csv": "table", ".json": "JSON"}
-
-
-def _written(golden: Golden, folder: Path) -> Path:
-    return golden.write(Person(), folder)
 
 
 def _semicolons(content: bytes) -> bytes:
@@ -56,7 +51,7 @@ def goldens(tmp_path_factory):
     """The golden tables and JSON files: (golden, path)."""
     found = []
     for i, golden in enumerate(CATALOGUE):
-        path = _written(golden, tmp_path_factory.mktemp(f"golden{i}"))
+        path = golden.write(Person(), tmp_path_factory.mktemp(f"golden{i}"))
         if path.is_file() and path.suffix in TEXTS:
             found.append((golden, path))
     return found

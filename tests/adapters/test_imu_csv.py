@@ -12,24 +12,21 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.stages.study.compare.imu import read_sensors
 
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(fps=60, seconds=5)
+WALK = walker(fps=60, seconds=5)
 
 
 @pytest.mark.parametrize(
     ("unit", "factor"), [("m/s^2", 1.0), ("g", 1 / GRAVITY_MPS2), ("mg", 1000 / GRAVITY_MPS2)]
 )
-def test_units_are_told_by_the_norm_and_said(walk, unit, factor):
-    imu = strapped(walk, "r_forearm", STILL)
+def test_units_are_told_by_the_norm_and_said(unit, factor):
+    imu = strapped(WALK, "r_forearm", STILL)
     found = imu_from_samples(imu.time_s, imu.force_mps2 * factor, imu.R_world_from_sensor)
     np.testing.assert_allclose(found.force_mps2, imu.force_mps2, rtol=1e-9)
     assert [each.values["unit"] for each in found.notices] == [unit] * (unit != "m/s^2")
 
 
-def test_what_is_no_specific_force_with_its_orientation_is_refused(walk):
-    imu = strapped(walk, "r_forearm", STILL)
+def test_what_is_no_specific_force_with_its_orientation_is_refused():
+    imu = strapped(WALK, "r_forearm", STILL)
     R, force, time_s = imu.R_world_from_sensor, imu.force_mps2, imu.time_s
     free = force - R[:, 2] * GRAVITY_MPS2
     y_up = R_Y_UP_FROM_Z_UP @ R
@@ -45,8 +42,8 @@ def test_what_is_no_specific_force_with_its_orientation_is_refused(walk):
         assert refused.value.code == code
 
 
-def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
-    imu = strapped(walk, "r_forearm")
+def test_csv_comes_back_and_has_words_for_what_is_wrong(tmp_path):
+    imu = strapped(WALK, "r_forearm")
     path = tmp_path / "wrist.csv"
     write_csv(path, imu)
     found = read_sensors([path], ["r_forearm"], {})["r_forearm"]
@@ -76,8 +73,8 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
             read_sensors([path], segments, options)
 
 
-def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(walk, tmp_path):
-    imu = strapped(walk, "r_forearm")
+def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(tmp_path):
+    imu = strapped(WALK, "r_forearm")
     path = tmp_path / "wrist.csv"
     write_csv(path, imu)
     rows = [line.split(",") for line in path.read_text().replace("time_s", "t").splitlines()]
@@ -90,9 +87,9 @@ def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(walk,
 
 
 @pytest.mark.parametrize("order", ["xyzw", "wzyx", "zyxw"])
-def test_another_order_of_the_quaternions_is_refused(walk, order):
+def test_another_order_of_the_quaternions_is_refused(order):
     """As when columns x y z w are read as w x y z, which is what most tools of robotics write."""
-    sensor = strapped(walk, "r_forearm", STILL)
+    sensor = strapped(WALK, "r_forearm", STILL)
     wxyz = np.roll(Rotation.from_matrix(sensor.R_world_from_sensor).as_quat(), 1, axis=-1)
     misread = wxyz[:, ["wxyz".index(letter) for letter in order]]
     R = Rotation.from_quat(np.roll(misread, -1, axis=-1)).as_matrix()

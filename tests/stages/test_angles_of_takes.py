@@ -28,23 +28,19 @@ from pcnet3d.stages.trajectories import Trajectories, smooth
 # The camera looks north, the walker's heading: BODY's back is towards the camera.
 R_CAMERA_FROM_WORLD = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
 ROWS = H36M17.indices(JOINTS)
+WALK = walker(turn_deg=0.0)
 
 
 @pytest.fixture(scope="module")
-def walk():
-    return walker(turn_deg=0.0)
-
-
-@pytest.fixture(scope="module")
-def seen(walk):
+def seen():
     """(T, 17, 3) in CAMERA axes and (T, 3, 3) R_camera_from_body, the truth."""
-    joints = rotate(R_CAMERA_FROM_WORLD, walk.world - walk.root[:, None])
-    return joints, R_CAMERA_FROM_WORLD @ R_world_from_body(walk.world)
+    joints = rotate(R_CAMERA_FROM_WORLD, WALK.world - WALK.root[:, None])
+    return joints, R_CAMERA_FROM_WORLD @ R_world_from_body(WALK.world)
 
 
 @pytest.fixture(scope="module")
-def camera_poses(walk, seen):
-    return walk.poses.with_(joints=seen[0], frame=CAMERA.with_(origin="pelvis"), made_by=MadeBy("estimated"))
+def camera_poses(seen):
+    return WALK.poses.with_(joints=seen[0], frame=CAMERA.with_(origin="pelvis"), made_by=MadeBy("estimated"))
 
 
 def taken(joints, R, level_ok=True, noise=None):
@@ -191,17 +187,17 @@ def _angles(poses, rectified, filtered):
     return Angles()(Take("t", poses=poses, rectified=rectified, filtered=filtered)).kinematics
 
 
-def test_walker_through_the_stages_in_its_own_gravity(walk):
-    rectified = rectify(walk.poses)
-    columns = _angles(walk.poses, rectified, smooth(rectified.level)[0])
+def test_walker_through_the_stages_in_its_own_gravity():
+    rectified = rectify(WALK.poses)
+    columns = _angles(WALK.poses, rectified, smooth(rectified.level)[0])
     inner = slice(10, -10)
     for name in ("r_knee_flexion", "l_elbow_flexion", "r_thigh_trunk_flexion", "l_shoulder_flexion"):
-        true = walk.angles_deg[f"{name}_deg"]
+        true = WALK.angles_deg[f"{name}_deg"]
         np.testing.assert_allclose(columns[f"{name}_deg"][inner], true[inner], atol=0.5, err_msg=name)
-        rate = walk.rates_degps[f"{name}_deg"]
+        rate = WALK.rates_degps[f"{name}_deg"]
         assert np.abs(columns[f"{name}_degps"] - rate)[inner].max() < 0.06 * np.ptp(rate)
         assert np.ptp(columns[f"{name}_deg"]) == pytest.approx(np.ptp(true), abs=1.0)
-    lean = walk.angles_deg["trunk_lean_deg"]
+    lean = WALK.angles_deg["trunk_lean_deg"]
     np.testing.assert_allclose(columns["trunk_lean_sagittal_deg"][inner], lean[inner], atol=0.5)
     assert np.isnan(columns["r_knee_flexion_sd_deg"]).all()  # no lifter made these joints
 

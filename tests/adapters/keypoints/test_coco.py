@@ -9,13 +9,6 @@ from pcnet3d.adapters import json2d, read, read_all
 from pcnet3d.pipeline import InputError
 
 
-def test_annotations_take_frames_from_file_names(write, moving):
-    """The image ids of the fixture run the other way."""
-    path = write("coco_annotations", {"0": moving(17, [4, 9, 10])})
-    assert json.loads(path.read_text())["images"][0]["id"] == 996
-    np.testing.assert_array_equal(read(path).frame_index, [4, 9, 10])
-
-
 def test_visibility_flags_are_no_confidence(write, moving):
     frames, points = moving(17)
     points[..., 2] = 2

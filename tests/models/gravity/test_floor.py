@@ -21,12 +21,7 @@ from pcnet3d.stages import rectify
 Z = np.array([0.0, 0.0, 1.0])
 UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
 GUESS_DEG = 10.2  # error of a guess that is equally sure in all directions
-
-
-@pytest.fixture(scope="module")
-def turning():
-    """A walk around a corner; its feet stand in two directions."""
-    return walker(seconds=10, turn_deg=-110)
+TURNING = walker(seconds=10, turn_deg=-110)  # A walk around a corner; its feet stand in two directions.
 
 
 def camera_of(walk):
@@ -42,11 +37,11 @@ def leaning(up, degrees, about) -> np.ndarray:
     return Rotation.from_rotvec(np.radians(degrees) * unit(np.asarray(about, dtype=float))).apply(up)
 
 
-def test_a_walk_around_a_corner_tells_up_whatever_the_guess_leans(turning):
-    joints, up = seen(turning)
+def test_a_walk_around_a_corner_tells_up_whatever_the_guess_leans():
+    joints, up = seen(TURNING)
     for about in np.eye(3):
         guess = leaning(up, 8, np.cross(up, about))
-        floor = floor_plane(joints, guess, turning.time_s)
+        floor = floor_plane(joints, guess, TURNING.time_s)
         fused = fuse([direction("guess", guess, GUESS_DEG), floor])
         assert angle_deg(guess, up) > 7.9
         assert angle_deg(fused.up, up) < 1.5
@@ -73,34 +68,34 @@ def test_a_walk_along_a_line_tells_the_angle_along_it_only():
         assert angle_deg(fused.up, up) < 1.5 if corrects else angle_deg(fused.up, up) > 7
 
 
-def test_it_turns_with_the_camera_and_knows_no_unit(turning):
-    joints, up = seen(turning)
+def test_it_turns_with_the_camera_and_knows_no_unit():
+    joints, up = seen(TURNING)
     Q = Rotation.random(random_state=1).as_matrix()
-    here = floor_plane(joints, up, turning.time_s)
-    there = floor_plane(1000 * rotate(Q, joints) + 5, Q @ up, turning.time_s)
+    here = floor_plane(joints, up, TURNING.time_s)
+    there = floor_plane(1000 * rotate(Q, joints) + 5, Q @ up, TURNING.time_s)
     np.testing.assert_allclose(there.information, Q @ here.information @ Q.T, rtol=1e-6, atol=1e-6)
 
 
-def test_noise_and_an_uneven_floor_widen_the_error(turning):
-    joints, up = seen(turning)
-    trace = [np.trace(floor_plane(joints, up, turning.time_s).information)]
+def test_noise_and_an_uneven_floor_widen_the_error():
+    joints, up = seen(TURNING)
+    trace = [np.trace(floor_plane(joints, up, TURNING.time_s).information)]
     rough = joints + 0.1 * np.sin(3 * joints[:, :1] @ np.array([1.0, 0.5, 2.0]))[..., None] * up
-    trace.append(np.trace(floor_plane(rough, up, turning.time_s).information))
+    trace.append(np.trace(floor_plane(rough, up, TURNING.time_s).information))
     assert trace[1] < 0.8 * trace[0]
 
 
-def test_stairs_are_no_floor(turning):
+def test_stairs_are_no_floor():
     """Half a metre up for each metre ahead."""
-    joints, up = seen(turning)
+    joints, up = seen(TURNING)
     ahead = unit(joints[-1, 0] - joints[0, 0])
     climbing = joints + 0.5 * ((joints[:, :1] - joints[:1, :1]) @ ahead)[..., None] * up
-    assert floor_plane(climbing, up, turning.time_s) is None
+    assert floor_plane(climbing, up, TURNING.time_s) is None
 
 
 @pytest.mark.parametrize("change", ["no path", "gone", "short", "upside down"])
-def test_without_feet_in_several_places_there_is_no_floor(turning, change):
-    joints, up = seen(turning)
-    time_s = turning.time_s
+def test_without_feet_in_several_places_there_is_no_floor(change):
+    joints, up = seen(TURNING)
+    time_s = TURNING.time_s
     if change == "no path":
         joints = joints - joints[:, :1]
         joints, time_s = joints[: len(joints) // 3], time_s[: len(time_s) // 3]  # on foot all the time
@@ -114,11 +109,11 @@ def test_without_feet_in_several_places_there_is_no_floor(turning, change):
     assert floor_plane(joints, up, time_s) is None
 
 
-def test_a_place_without_a_scale_or_that_never_changes_is_no_path(turning):
-    camera = camera_of(turning)
-    relative = camera_poses(turning, camera)
+def test_a_place_without_a_scale_or_that_never_changes_is_no_path():
+    camera = camera_of(TURNING)
+    relative = camera_poses(TURNING, camera)
     arbitrary = relative.with_(
-        joints=camera.points(turning.world), frame=CAMERA.with_(origin="camera", unit="arbitrary")
+        joints=camera.points(TURNING.world), frame=CAMERA.with_(origin="camera", unit="arbitrary")
     )
     still = relative.with_(joints=relative.joints + 3.0, frame=CAMERA.with_(origin="camera"))
     for poses in (arbitrary, still):

@@ -8,25 +8,22 @@ from pcnet3d.pipeline.core.anthropometry import floor_height, implied_stature
 from pcnet3d.pipeline.core.layouts import body_of
 from pcnet3d.pipeline.core.path import RootPath
 
-
-@pytest.fixture(scope="module")
-def poses():
-    return walker(seconds=8).poses
+POSES = walker(seconds=8).poses
 
 
-def test_the_floor_of_a_walker_who_squats_and_jumps_is_the_floor(poses):
-    assert implied_stature(poses.joints) == pytest.approx(1.75, abs=0.1)
-    level = poses.with_(joints=poses.joints - poses.joints[:, :1], path=RootPath(poses.joints[:, 0]))
+def test_the_floor_of_a_walker_who_squats_and_jumps_is_the_floor():
+    assert implied_stature(POSES.joints) == pytest.approx(1.75, abs=0.1)
+    level = POSES.with_(joints=POSES.joints - POSES.joints[:, :1], path=RootPath(POSES.joints[:, 0]))
     assert floor_height(level) == pytest.approx(0, abs=0.02)
     raised = level.with_(path=RootPath(level.root + np.array([0, 0, 0.7])))
     assert floor_height(raised) == pytest.approx(floor_height(level) + 0.7)
 
 
-def test_the_floor_is_told_by_the_feet_that_are_seen(poses):
-    joints = poses.joints - poses.joints[:, :1]
-    level = poses.with_(joints=joints, path=RootPath(poses.joints[:, 0]))
+def test_the_floor_is_told_by_the_feet_that_are_seen():
+    joints = POSES.joints - POSES.joints[:, :1]
+    level = POSES.with_(joints=joints, path=RootPath(POSES.joints[:, 0]))
     whole = floor_height(level)
-    ankles = [poses.layout.index(f"{side}_ankle") for side in "rl"]
+    ankles = [POSES.layout.index(f"{side}_ankle") for side in "rl"]
     hidden = joints.copy()
     hidden[:50, ankles[0]] = hidden[20:30, ankles[1]] = np.nan
     assert floor_height(level.with_(joints=hidden)) == pytest.approx(whole, abs=0.02)

@@ -47,14 +47,8 @@ def pictured(fps=30.0) -> PoseSequence:
     return PoseSequence(pixels, H36M17, IMAGE, time_s=walk.time_s)
 
 
-@pytest.fixture(scope="module")
-def poses() -> PoseSequence:
-    return seen()
-
-
-@pytest.fixture(scope="module")
-def pixels() -> PoseSequence:
-    return pictured()
+PIXELS = pictured()
+POSES = seen()
 
 
 def spoilt(poses, *names, first, last):
@@ -68,23 +62,23 @@ def rows(swaps):
     return sorted((swap.kind, swap.first_row, swap.last_row) for swap in swaps)
 
 
-def test_nothing_is_found_in_untouched_takes(poses, pixels):
-    assert find_swaps(poses) == ()
-    assert find_swaps(pixels) == ()
+def test_nothing_is_found_in_untouched_takes():
+    assert find_swaps(POSES) == ()
+    assert find_swaps(PIXELS) == ()
 
 
 @pytest.mark.parametrize("length", [1, 3, 10, 60])
 @pytest.mark.parametrize("names", [*((name,) for name in WAYS), tuple(WAYS)])
-def test_every_kind_is_found_to_the_row(poses, pixels, names, length):
-    for take, first in ((poses, WALK), (poses, SQUAT), (pixels, SQUAT)):
+def test_every_kind_is_found_to_the_row(names, length):
+    for take, first in ((POSES, WALK), (POSES, SQUAT), (PIXELS, SQUAT)):
         wrong = spoilt(take, *names, first=first, last=first + length - 1)
         assert rows(find_swaps(wrong)) == sorted((name, first, first + length - 1) for name in names)
 
 
 @pytest.mark.parametrize(("first", "last"), [(0, 19), (220, 239), (0, 149)])
-def test_what_touches_an_end_of_the_take_is_found_by_anatomy(poses, first, last):
+def test_what_touches_an_end_of_the_take_is_found_by_anatomy(first, last):
     """Of 240 rows, also where the shorter rest is right: nose and knees show it."""
-    wrong = spoilt(poses, *WAYS, first=first, last=last)
+    wrong = spoilt(POSES, *WAYS, first=first, last=last)
     assert rows(find_swaps(wrong)) == sorted((name, first, last) for name in WAYS)
 
 
@@ -97,14 +91,14 @@ def test_the_frame_rate_does_not_matter(fps):
     assert rows(find_swaps(wrong)) == [("legs exchanged", first, last)]
 
 
-def test_the_unit_and_a_rate_that_is_unknown_do_not_matter(poses):
-    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 5)
+def test_the_unit_and_a_rate_that_is_unknown_do_not_matter():
+    wrong = spoilt(POSES, "legs exchanged", first=WALK, last=WALK + 5)
     other = wrong.with_(joints=1000 * wrong.joints, frame=CAMERA.with_(unit="mm"), time_s=None)
     assert rows(find_swaps(other)) == rows(find_swaps(wrong))
 
 
-def test_missing_joints_have_no_say(poses):
-    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
+def test_missing_joints_have_no_say():
+    wrong = spoilt(POSES, "legs exchanged", first=WALK, last=WALK + 9)
     joints = wrong.joints.copy()
     joints[WALK - 10 : WALK + 30, H36M17.index("l_ankle")] = np.nan
     joints[120:] = np.nan
@@ -124,9 +118,9 @@ def test_half_a_body_that_keeps_still_in_whole_pixels_has_no_swaps(step_px):
 
 
 @pytest.mark.parametrize("how", ["seam", "gap"])
-def test_a_break_ends_what_continuity_can_say(poses, how):
+def test_a_break_ends_what_continuity_can_say(how):
     """From a clip boundary or a gap on everything is exchanged: no motion goes across, so only anatomy could tell."""
-    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
+    wrong = spoilt(POSES, "legs exchanged", first=WALK, last=WALK + 9)
     if how == "seam":
         wrong = wrong.with_(seams=(WALK,))
         rest = wrong
@@ -152,9 +146,9 @@ def saved(path, poses):
     return path
 
 
-def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
-    few = saved(tmp_path / "few.npz", spoilt(poses, "legs exchanged", first=60, last=61))
-    many = saved(tmp_path / "many.npz", spoilt(poses, "legs exchanged", first=60, last=69))
+def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path):
+    few = saved(tmp_path / "few.npz", spoilt(POSES, "legs exchanged", first=60, last=61))
+    many = saved(tmp_path / "many.npz", spoilt(POSES, "legs exchanged", first=60, last=69))
     result = succeeded(pcnet3d("inspect", few, *OPTIONS))
     assert "legs exchanged in frames 60-61 from 2.00 s (2 of 240 frames)" in result.stdout
     result = pcnet3d("inspect", many, *OPTIONS, "--json")
@@ -164,8 +158,8 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
 
 
 @pytest.mark.parametrize(("how", "code"), [("report", "swaps-found"), ("mask", "swaps-masked")])
-def test_a_take_is_changed_only_when_asked(tmp_path, poses, how, code):
-    wrong = spoilt(poses, "legs exchanged", first=60, last=69)
+def test_a_take_is_changed_only_when_asked(tmp_path, how, code):
+    wrong = spoilt(POSES, "legs exchanged", first=60, last=69)
     take = open_take(
         RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
     )
@@ -191,8 +185,8 @@ def exchanged_file(path, first, last) -> Path:
     return path
 
 
-def test_poses_lifted_from_exchanged_keypoints_are_masked_with_them(tmp_path, poses):
-    poses_file = saved(tmp_path / "poses.npz", poses)
+def test_poses_lifted_from_exchanged_keypoints_are_masked_with_them(tmp_path):
+    poses_file = saved(tmp_path / "poses.npz", POSES)
     keypoints = exchanged_file(tmp_path / "alphapose-results.json", 60, 69)
     sources = RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
     take = open_take(sources)
@@ -204,8 +198,8 @@ def test_poses_lifted_from_exchanged_keypoints_are_masked_with_them(tmp_path, po
     assert find_swaps(masked.keypoints) == ()
 
 
-def test_the_command_line_masks_counts_and_refuses_other_words(tmp_path, poses):
-    file = saved(tmp_path / "poses.npz", spoilt(poses, "legs exchanged", first=60, last=69))
+def test_the_command_line_masks_counts_and_refuses_other_words(tmp_path):
+    file = saved(tmp_path / "poses.npz", spoilt(POSES, "legs exchanged", first=60, last=69))
     recipe = recipe_of(tmp_path / "recipe.toml", "clean", "rectify", "trajectories", "export")
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
     succeeded(pcnet3d("run", *options, "--set", "read.swaps=mask"))
@@ -219,27 +213,27 @@ def test_the_command_line_masks_counts_and_refuses_other_words(tmp_path, poses):
 
 def slid(poses: PoseSequence, name: str, first: int, last: int) -> PoseSequence:
     """Exchanged in the image alone, depth kept, and over three rows at either end, as a lift smooths an exchange."""
-    wrong = WAYS[name].applied(poses.joints)
-    share = np.clip(np.minimum(np.arange(len(poses)) - first + 2, last + 2 - np.arange(len(poses))) / 3, 0, 1)
-    joints = poses.joints.copy()
-    joints[..., :2] += share[:, None, None] * (wrong - poses.joints)[..., :2]
-    return poses.with_(joints=joints)
+    wrong = WAYS[name].applied(POSES.joints)
+    share = np.clip(np.minimum(np.arange(len(POSES)) - first + 2, last + 2 - np.arange(len(POSES))) / 3, 0, 1)
+    joints = POSES.joints.copy()
+    joints[..., :2] += share[:, None, None] * (wrong - POSES.joints)[..., :2]
+    return POSES.with_(joints=joints)
 
 
 def reaching(poses: PoseSequence) -> PoseSequence:
     """Who stands with one arm forward and one back, in the plane of the image."""
-    joints = np.repeat(poses.joints[SQUAT - 20 : SQUAT - 19], len(poses), axis=0)
+    joints = np.repeat(POSES.joints[SQUAT - 20 : SQUAT - 19], len(POSES), axis=0)
     joints += np.random.default_rng(1).normal(0, 0.003, joints.shape)
     for side, way in (("l", 1.0), ("r", -1.0)):
         shoulder = joints[:, H36M17.index(f"{side}_shoulder")]
         for part, reach in (("elbow", 0.28), ("wrist", 0.55)):
             joints[:, H36M17.index(f"{side}_{part}")] = shoulder + way * reach * np.array([1.0, 0.1, 0.3])
-    return poses.with_(joints=joints)
+    return POSES.with_(joints=joints)
 
 
-def test_an_exchange_that_a_lift_has_smoothed_is_told_as_doubtful(poses):
+def test_an_exchange_that_a_lift_has_smoothed_is_told_as_doubtful():
     """Of a cyclist whose arms are exchanged for 1.5 s: "No exchanged limbs were found", "chest turned 46 to 65"."""
-    sound = reaching(poses)
+    sound = reaching(POSES)
     assert find_swaps(sound) == ()
     found = find_swaps(slid(sound, "arms exchanged", 100, 144))
     assert {swap.kind for swap in found} == {"elbows exchanged", "wrists exchanged"}
@@ -247,25 +241,25 @@ def test_an_exchange_that_a_lift_has_smoothed_is_told_as_doubtful(poses):
     assert not any(swap.certain for swap in found)
 
 
-def test_knees_that_leap_beside_ankles_that_flicker_are_told(pixels):
+def test_knees_that_leap_beside_ankles_that_flicker_are_told():
     """Of a man from the side, legs exchanged from where they crossed on, the detector unsure which ankle is where:
     "No exchanged limbs were found"."""
     ankles, knees = (H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("ankle", "knee"))
-    rng, joints = np.random.default_rng(0), pixels.joints.copy()
+    rng, joints = np.random.default_rng(0), PIXELS.joints.copy()
     for row in range(len(joints)):
         joints[row, ankles] = joints[row, ankles][rng.integers(2, size=2)]
     apart = np.abs(joints[:, knees[0], 0] - joints[:, knees[1], 0])
     first = WALK + int(np.argmin(apart[WALK : WALK + 15]))
     last = first + int(np.argmax(apart[first : first + 12]))
     joints[first : last + 1, knees] = joints[first : last + 1, knees[::-1]]
-    assert ("knees exchanged", first, last) in rows(find_swaps(pixels.with_(joints=joints)))
+    assert ("knees exchanged", first, last) in rows(find_swaps(PIXELS.with_(joints=joints)))
 
 
 @pytest.mark.parametrize("length", [3, 10, 30])
 @pytest.mark.parametrize("part", ["knee", "ankle", "elbow", "wrist"])
-def test_a_pair_of_joints_that_is_exchanged_alone_is_found_to_the_row(pixels, poses, part, length):
+def test_a_pair_of_joints_that_is_exchanged_alone_is_found_to_the_row(part, length):
     """A slip of a tracker: right and left ankle exchanged, the knees as they were; knee 41 to 88 for 10 to 70."""
-    for take in (pixels, poses):
+    for take in (PIXELS, POSES):
         first = widest(take, part) - 1
         joints, pair = take.joints.copy(), H36M17.indices((f"l_{part}", f"r_{part}"))
         joints[first : first + length, pair] = joints[first : first + length, pair[::-1]]
@@ -277,9 +271,9 @@ def test_a_pair_of_joints_that_is_exchanged_alone_is_found_to_the_row(pixels, po
         assert missing.any(axis=-1).sum() == 2 * len(swap)
 
 
-def test_limbs_that_swing_fast_are_not_told(pixels, poses):
+def test_limbs_that_swing_fast_are_not_told():
     """The walk at three times its speed: legs pass each other as a sprinter's do."""
-    for take in (pixels, poses):
+    for take in (PIXELS, POSES):
         joints = take.joints[::3]
         fast = PoseSequence(joints, take.layout, take.frame, time_s=np.arange(len(joints)) / 30)
         assert find_swaps(fast) == ()
@@ -347,24 +341,24 @@ def test_the_complement_of_an_exchange_is_never_found():
 
 def on_one(poses: PoseSequence, limb: str, first: int, last: int) -> PoseSequence:
     """The right leg, or arm, drawn where the left one is, as of a detector that sees one of the two."""
-    parts, joints = {"leg": ("knee", "ankle"), "arm": ("elbow", "wrist")}[limb], poses.joints.copy()
+    parts, joints = {"leg": ("knee", "ankle"), "arm": ("elbow", "wrist")}[limb], POSES.joints.copy()
     to, of = (H36M17.indices([f"{side}_{part}" for part in parts]) for side in "rl")
     joints[first : last + 1, to] = joints[first : last + 1, of]
     noise = np.random.default_rng(3).normal(0, 0.3, (last + 1 - first, 2, joints.shape[-1]))
-    joints[first : last + 1, to] += noise * (0.01 if poses.frame.dims == 3 else 1.0)
-    return poses.with_(joints=joints)
+    joints[first : last + 1, to] += noise * (0.01 if POSES.frame.dims == 3 else 1.0)
+    return POSES.with_(joints=joints)
 
 
 def widest(poses: PoseSequence, part: str) -> int:
     """The row of the walk with the right joint farthest from the left one in the image."""
-    ends = poses.joints[WALK : WALK + 40, H36M17.indices((f"l_{part}", f"r_{part}")), :2]
+    ends = POSES.joints[WALK : WALK + 40, H36M17.indices((f"l_{part}", f"r_{part}")), :2]
     return WALK + int(np.argmax(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)))
 
 
 @pytest.mark.parametrize(("limb", "part"), [("leg", "ankle"), ("arm", "wrist")])
-def test_limbs_that_both_lie_on_one_are_masked_and_withheld_as_exchanged_ones(pixels, poses, limb, part):
+def test_limbs_that_both_lie_on_one_are_masked_and_withheld_as_exchanged_ones(limb, part):
     """A runner from the side, both legs on the one that stands: "knees 17 to 60", true 95, and not a word."""
-    for take in (pixels, poses):
+    for take in (PIXELS, POSES):
         middle = widest(take, part)
         wrong = on_one(take, limb, middle - 3, middle + 4)
         (found,) = find_swaps(wrong)
@@ -376,17 +370,17 @@ def test_limbs_that_both_lie_on_one_are_masked_and_withheld_as_exchanged_ones(pi
         assert in_doubt(Take("take", poses=wrong).saying(*said))[limb].sum() == len(found)
 
 
-def test_legs_side_by_side_are_not_on_one(pixels):
+def test_legs_side_by_side_are_not_on_one():
     """Who stands, squats or jumps seen from the side: the legs come together and part, but in no leap."""
     knees = H36M17.indices(("l_knee", "l_ankle")), H36M17.indices(("r_knee", "r_ankle"))
-    joints, share = pixels.joints.copy(), np.clip(np.abs(np.arange(len(pixels)) - 70) / 6 - 2, 0, 1)
+    joints, share = PIXELS.joints.copy(), np.clip(np.abs(np.arange(len(PIXELS)) - 70) / 6 - 2, 0, 1)
     left, right = (joints[:, side] for side in knees)
     joints[:, knees[1]] = left + share[:, None, None] * (right - left)
-    assert find_swaps(pixels.with_(joints=joints)) == ()
+    assert find_swaps(PIXELS.with_(joints=joints)) == ()
 
 
-def test_a_certain_swap_is_masked_and_one_in_doubt_is_not(pixels):
+def test_a_certain_swap_is_masked_and_one_in_doubt_is_not():
     found = (Swap("legs exchanged", 30, 39, 9.0), Swap("arms exchanged", 64, 67, 9.0, certain=False))
-    missing = np.isnan(mask_swaps(pixels, found).joints).any(axis=-1)
+    missing = np.isnan(mask_swaps(PIXELS, found).joints).any(axis=-1)
     assert missing[30:40, WAYS["legs exchanged"].pairs].all()
     assert missing.sum() == 60
