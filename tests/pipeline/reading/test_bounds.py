@@ -42,27 +42,19 @@ def test_sizes(scale, passes):
         check_size(poses, "a file")
 
 
-@pytest.fixture
-def array(tmp_path):
-    def write(time_s, scale=1.0):
-        np.savez(tmp_path / "a.npz", joints=scale * Person().turning(30), time_s=time_s)
-        return tmp_path / "a.npz"
-
-    return write
-
-
 TOLD = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 
 
-def test_run_read_and_inspect_agree(array):
-    path = array(np.arange(30) * 33.3)
+def test_run_read_and_inspect_agree(tmp_path):
+    path, joints = tmp_path / "a.npz", Person().turning(30)
+    np.savez(path, joints=joints, time_s=np.arange(30) * 33.3)
     with refused("times-broken"):
         read(path, "arrays", **TOLD)
     with refused("times-broken"):
         open_take(RunOptions(poses=path, adapter="arrays", options=TOLD))
     assert inspect(path, "arrays", TOLD).verdict == "unusable"
     assert open_take(RunOptions(poses=path, adapter="arrays", options=TOLD, fps=30)).poses is not None
-    path = array(np.arange(30) / 30, scale=1e-42)
+    np.savez(path, joints=1e-42 * joints, time_s=np.arange(30) / 30)
     with refused("wrong-axes"):
         open_take(RunOptions(poses=path, adapter="arrays", options=TOLD))
     assert inspect(path, "arrays", TOLD).verdict == "unusable"

@@ -41,16 +41,6 @@ def number_of(image: np.ndarray) -> int:
 
 
 @pytest.fixture
-def detector(keypoints):
-    def rtmpose(image):
-        assert image.shape == (numbered.HEIGHT, numbered.WIDTH, 3)
-        assert image.dtype == np.uint8
-        return keypoints[None, number_of(image)]
-
-    return rtmpose
-
-
-@pytest.fixture
 def lifter(joints):
     def motionbert(keypoints, size, fps):
         assert keypoints.shape == (numbered.FRAMES, 17, 3)
@@ -65,9 +55,14 @@ def knees(take) -> np.ndarray:
     return np.stack([take.kinematics[f"{side}_knee_flexion_deg"] for side in "lr"])
 
 
-def test_functions_take_the_places_of_networks(film, detector, lifter, joints, tmp_path, monkeypatch):
+def test_functions_take_the_places_of_networks(film, keypoints, lifter, joints, tmp_path, monkeypatch):
+    def rtmpose(image):
+        assert image.shape == (numbered.HEIGHT, numbered.WIDTH, 3)
+        assert image.dtype == np.uint8
+        return keypoints[None, number_of(image)]
+
     monkeypatch.chdir(tmp_path)
-    take = pcnet3d.process(video=film, detect=detector, lift=lifter, unit="m")
+    take = pcnet3d.process(video=film, detect=rtmpose, lift=lifter, unit="m")
     assert list(tmp_path.iterdir()) == []
     assert len(take.poses) == numbered.FRAMES
     np.testing.assert_allclose(take.poses.joints, joints, atol=1e-2)

@@ -194,17 +194,15 @@ def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact, rows
     np.testing.assert_array_equal(moved["ankle position, m"].error, found["ankle position, m"].error)
 
 
-@pytest.fixture
-def one_take(exact, monkeypatch):
-    """A report on one take of one person, in whichever configuration."""
+@pytest.mark.data
+def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_told(
+    exact, monkeypatch, tmp_path
+):
+    """Of one take of one person, in whichever configuration."""
     people = ("03", "accad-m1", "tennis-a")
     clips = tuple(Clip(f"{who}_01", who, "asfamc", 30.0, exact.truth.truth) for who in people)
     monkeypatch.setattr(sets, "read_clips", lambda subjects: clips)
     monkeypatch.setattr(report, "finished", lambda question, configuration: iter([exact]))
-
-
-@pytest.mark.data
-def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_told(one_take, tmp_path):
     report.tables(sets.Question(people="test"), ["bodies alone", "real take"], output=tmp_path)
     rows = json.loads((tmp_path / "errors.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert {tuple(row) for row in rows} == {tuple(rows[0])}

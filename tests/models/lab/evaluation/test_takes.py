@@ -57,18 +57,12 @@ def test_a_perfect_rectifier_has_no_error(standing):
     assert levelled == {"a frame": None, "a take": True, "a take, with its image": True}
 
 
-@pytest.fixture
-def levelled(standing):
-    """Judges a take that is levelled by an oracle with a known error in BODY's axes."""
-    take = exact(clip_of(standing))
+def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_counted(standing):
+    seen = exact(clip_of(standing)).seen
 
-    def run(error, per="a take"):
-        return judge(take.seen, take.seen.truth, answered(take.seen, error)[f"oracle, {per}"])
+    def levelled(error, per="a take"):
+        return judge(seen, seen.truth, answered(seen, error)[f"oracle, {per}"])
 
-    return run
-
-
-def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_counted(levelled):
     jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
     whole, single = (levelled(jitter, *per)[0].values["tilt"].mean() for per in ((), ("a frame",)))
     assert whole < 0.3 * single
