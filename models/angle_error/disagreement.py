@@ -66,7 +66,8 @@ def by_disagreement(
         angle, second_angle = angles[name], by_model.pop(name)
         apart = near(angle.value_deg - second_angle.value_deg, 0.0)
         sd = np.hypot(second_angle.sd_deg, np.sqrt(_running_mean(apart**2, window, seams)))
-        vague = (angle.reason == FINE) & (sd > MAX_SD_DEG)
+        # Where the second lift is itself too uncertain, so is the difference from it.
+        vague = (angle.reason == FINE) & ((sd > MAX_SD_DEG) | (second_angle.reason == UNTRUSTED))
         out[name] = AngleSeries(
             np.where(vague, np.nan, angle.value_deg),
             np.where((angle.reason == FINE) & ~vague, sd, np.nan).astype(np.float32),
