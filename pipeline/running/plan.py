@@ -13,7 +13,7 @@ from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
 
 # Of what is told: heeded by reading, whatever stages there are.
-_BY_READING = ("fps", "person", "handedness", "check", "swaps")
+HEEDED_BY_READING = ("fps", "person", "handedness", "check", "swaps")
 
 
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
@@ -71,7 +71,7 @@ def _check_read(told: Told, recipe: Recipe) -> None:
     for name, of_told in TOLD.items():
         said = getattr(told, of_told) != getattr(SILENT, of_told)
         # The recipe's own stages first: to load the others takes time.
-        if not said or of_told in _BY_READING or _readers(of_told, filter(recipe.has, every)):
+        if not said or of_told in HEEDED_BY_READING or _readers(of_told, filter(recipe.has, every)):
             continue
         if readers := _readers(of_told, every):
             named = " or ".join(f"'{stage}'" for stage in readers)

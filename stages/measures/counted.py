@@ -29,9 +29,8 @@ from .repetitions import Repetition, near_ends_s
 # Standard deviation of one lifted duration, however steeply the angle rises and returns: a few degrees decide whether a
 # swing before a raise belongs to it. Of 208 raises of validation people two in three are off by less.
 _EACH_S = 0.15
-_FRAME = np.sqrt(
-    2 / 12
-)  # of a frame: standard deviation of a duration that two frames bound (uniform errors)
+# Frames: the standard deviation of a duration that two frames bound, each of which is off by half of one at most.
+_FRAME = np.sqrt(2 / 12)
 
 
 def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:

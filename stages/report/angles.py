@@ -13,7 +13,7 @@ from ...pipeline.core.measures import Measures, with_bar
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.running.sentences import spread
-from ...pipeline.signals.angles import MIDLINE, of_both, sides_of
+from ...pipeline.signals.angles import MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import BAND, SIDES, Curve, over_time, sides
 from ..drawing.facts import angle_bands
@@ -48,7 +48,7 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
             f"range, divided by their mean{mdc}. Grey: {doubtful}, or some values are beyond what a joint reaches."
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
-        + Markup("").join(map(small, _withoutrange_words(ranges_of)))
+        + Markup("").join(map(small, _without_range(ranges_of)))
     )  # fmt: skip
 
 
@@ -65,7 +65,7 @@ def range_words(of: Measures, bars: bool = False) -> Cell:
     return Soft(words) if of.value("beyond_anatomy_frames") else words
 
 
-def _withoutrange_words(ranges_of: Measures) -> list[str]:
+def _without_range(ranges_of: Measures) -> list[str]:
     """Which angles have no range, and why. ranges_of: the group `range_of_motion`."""
     why = {name: reason for name, of in ranges_of.groups.items() if (reason := of.withheld())}
     angles: dict[str, list[str]] = {}
@@ -145,10 +145,11 @@ def angle_charts(take: Take) -> Markup:
 
 
 def _single_frame(columns: Mapping[str, np.ndarray]) -> Markup:
-    """The angles of a take of one frame. columns: (1,) of its kinematics."""
+    """The angles of a take of one frame, of one without a value the reason. columns: (1,) of its kinematics."""
     rows: list[list[Cell]] = []
     for name in ALL_ANGLES:
         for value in columns.get(f"{name}_deg", np.empty(0)):
             error = float(columns.get(f"{name}_sd_deg", np.full(1, np.nan))[0])
-            rows.append([label_of(name), with_bar(float(value), error) if np.isfinite(value) else None])
+            why = REASONS[int(columns[f"{name}_reason"][0])]
+            rows.append([label_of(name), with_bar(float(value), error) if np.isfinite(value) else Soft(why)])
     return table(("angle", "degrees"), rows)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import InputError, Told, load_recipe
-from pcnet3d.pipeline.reading.settings import RunOptions, flag_of
-from pcnet3d.pipeline.running.plan import planned
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.reading.settings import TOLD, RunOptions, flag_of
+from pcnet3d.pipeline.running.plan import HEEDED_BY_READING, planned
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from refusals import refused
 
@@ -30,6 +31,12 @@ def test_what_is_given_decides_on_the_first_stages_which_have_their_own_defaults
     assert stages(keypoints=KEYPOINTS, video=VIDEO)[:3] == ["calibrate", "lift", "clean"]
     assert stages(video=VIDEO)[:4] == ["detect", "calibrate", "lift", "clean"]
     assert told(video=VIDEO) == told(poses=POSES) == told(keypoints=KEYPOINTS) == {}
+
+
+def test_what_is_told_is_for_a_stage_of_ours_or_heeded_by_reading():
+    ours = (name for name, point in registry.registered("stages").items() if point.dist.name == "pcnet3d")
+    by_stages = {of_told for name in ours for of_told in getattr(registry.load("stages", name), "reads", ())}
+    assert {*TOLD.values()} - by_stages == {*HEEDED_BY_READING}
 
 
 def test_an_option_goes_to_each_stage_that_it_is_for():

@@ -14,7 +14,7 @@ from pcnet3d.pipeline.core.figures import label_of
 from pcnet3d.pipeline.core.measures import Measure, Measures, Moments
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
-from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.pipeline.signals.angles import ANGLES, MISSING, REASONS
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT
 from pcnet3d.stages.measures.stage import Measures as Stage
 from pcnet3d.stages.report.events import Event, chosen_events, moments_of
@@ -160,7 +160,9 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take, content):
 
 def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     one = walker(seconds=1.0).poses
-    one = PoseSequence(one.joints[:1], H36M17, one.frame, time_s=one.time_s[:1])
+    joints = one.joints[:1].copy()
+    joints[:, H36M17.index("r_wrist")] = np.nan
+    one = PoseSequence(joints, H36M17, one.frame, time_s=one.time_s[:1])
     take = measured(one, GEOMETRIC)
     said = report(take)
     words = Page(report(take.with_(kinematics=None, filtered=None))).words
@@ -169,6 +171,7 @@ def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     assert not re.search(r"\bnan\b", words)
     assert "<svg" not in said.split("Joint angles</h2>")[1]
     assert "right knee flexion" in said
+    assert REASONS[MISSING] in said
     assert "Movements</h2>" not in said
 
 
