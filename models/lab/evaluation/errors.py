@@ -46,7 +46,7 @@ ABOUT = (
     " % interval over people; needed: what the bars would have to be multiplied by. bias: mean of found less true; "
     "p50, rms: size of the errors; bar: the median. In degrees where no unit is named. Of strangers: what --fit fits, "
     "each person by bars that were fitted to all the others. Postures: as a run finds them, all configurations "
-    "together."
+    "together; of figures of many frames what a fifth of these reach."
 )
 
 
@@ -106,9 +106,9 @@ def tables(
     for row in rows:
         bias = judge.mean(cases[row["configuration"]][row["statement"]], lambda take: take.error)
         results["statements"].setdefault(row["statement"], {})[row["configuration"]] = {**row, "bias": bias}
-    for angle in OF_BOTH:
-        if takes := _pooled(cases, angle):
-            results["postures"][angle] = {name: asdict(inside) for name, inside in by_posture(takes)}
+    for statement in results["statements"]:
+        apart = by_posture(_pooled(cases, statement))
+        results["postures"][statement] = {name: asdict(inside) for name, inside in apart}
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
         write_text(output / "errors.json", as_json(rows))
@@ -175,8 +175,8 @@ def by_posture(takes: Sequence[Stated]) -> Iterator[tuple[str, judge.Inside]]:
     yield "all", judge.inside(takes)
     for place, name in enumerate(POSTURES):
         yield name, judge.inside([take.part(take.known["posture"] == place) for take in takes])
-    for name, fast in (("slow", False), ("fast", True)):
-        yield name, judge.inside([take.part((take.known["speed"] > FAST) == fast) for take in takes])
+    yield "slow", judge.inside([take.part(take.known["speed"] <= FAST) for take in takes])
+    yield "fast", judge.inside([take.part(take.known["speed"] > FAST) for take in takes])
 
 
 def refitted(cases: Cases, noise: JointNoise) -> JointNoise:

@@ -21,6 +21,7 @@ from ..common.metrics import Figure, by_person, interval
 
 COVERED = 0.9  # what "90 %" states
 _BINS = 10
+BINS = ("posture", "speed")  # known of every case of a take with bodies, that all are judged apart by
 _FEWEST_PEOPLE = 3  # of a tenth
 _CASES = 250  # of a take
 # Covered of the people of the fit, that COVERED of strangers before other cameras are. By folds of people about
@@ -57,22 +58,30 @@ Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is
 
 
 class Case(NamedTuple):
-    """One figure of a take. found, true: in the statement's unit. half: of its 90 % bar, NaN without one."""
+    """One figure of a take. found, true: in the statement's unit. half: of its 90 % bar, NaN without one. span: from
+    when to when in seconds it is of, the whole take without."""
 
     statement: str
     found: float
     true: float
     half: float
+    span: tuple[float, float] | None = None
 
 
-def of_cases(cases: Iterable[Case], person: str) -> Iterator[Stated]:
-    """What a take of that person states of each thing."""
+def of_cases(
+    cases: Iterable[Case],
+    person: str,
+    known: Callable[[tuple[float, float] | None], Mapping[str, float]] = lambda span: {},
+) -> Iterator[Stated]:
+    """What a take of that person states of each thing. known: what a run knows in the seconds of a case's span."""
     by_statement: dict[str, list[Case]] = {}
     for case in cases:
         by_statement.setdefault(case.statement, []).append(case)
     for statement, of in by_statement.items():
-        _, found, true, half = zip(*of, strict=True)
-        yield Stated(statement, person, np.array(found) - np.array(true), np.array(half)).judged()
+        _, found, true, half, spans = zip(*of, strict=True)
+        each = [known(span) for span in spans]
+        bins = {name: np.array([one[name] for one in each]) for name in each[0]}
+        yield Stated(statement, person, np.array(found) - np.array(true), np.array(half), bins).judged()
 
 
 def summed(cases: Sequence[Case]) -> dict[str, Any]:
@@ -125,7 +134,7 @@ def _tenths(takes: Sequence[Stated], name: str) -> Iterator[np.ndarray]:
     people = np.unique([take.person for take in takes], return_inverse=True)[1]
     of_case = np.repeat(people, [len(take.error) for take in takes])
     if name == "posture":
-        yield from (values == which for which in np.unique(values))
+        yield from (values == which for which in np.unique(values[np.isfinite(values)]))
         return
     edges = np.unique(np.nanquantile(values, np.linspace(0, 1, _BINS + 1)))
     for low, high in pairwise(edges):

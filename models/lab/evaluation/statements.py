@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -31,7 +32,7 @@ from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import TakeJoints, angle_rates, angle_series, smoothed, take_angles
 from ..common.metrics import person_size, scaled
 from .gait import true_gait, walks
-from .judge import Case, Stated, joined, of_cases
+from .judge import BINS, Case, Stated, joined, of_cases
 from .jumps import compared
 from .runs import Finished
 from .testbed import SeenTake, accelerations, filtered
@@ -42,6 +43,7 @@ _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # 
 # Roots of the 90 % quantiles of chi square, three and two degrees of freedom.
 _CHI_90, _RAYLEIGH_90 = 2.5003, 2.1460
 _QUANTITIES = {"": "position, m", "v": "velocity, m/s", "a": "acceleration, m/s2"}  # by prefix of the columns
+_REACHED = 0.8  # share of a figure's frames below the posture and the speed that it is judged by
 _SEEN = 0.95  # of the frames of a found range, whose truth is known
 # Of walks, by the names of gait.walks.
 _OF_WALKS = {
@@ -86,14 +88,47 @@ def of_frames(finished: Finished) -> Iterator[Stated]:
         yield from paths(take, truth, rows)
 
 
+def stances(take: Take) -> dict[str, np.ndarray]:
+    """{name of FEATURES, "r_arm", "l_arm", "posture": (T,)} of each frame's body, as the run has it (posture.py), NaN
+    of a body that is not turned."""
+    rectified = take.need("rectified")
+    R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
+    of = features(rotate(R_body_from_level, take.need("filtered").joints), take.need("poses").times)
+    return {**of, "posture": np.where(np.isfinite(of["lean"]), posture(of), np.nan)}
+
+
+def bins(take: Take) -> dict[str, np.ndarray]:
+    """What cases are judged apart by: (T,) each frame's place in POSTURES and its speed."""
+    of = stances(take)
+    return {name: of[name] for name in BINS}
+
+
+def reached(of: Mapping[str, np.ndarray], use: np.ndarray | slice = slice(None)) -> dict[str, float]:
+    """What a figure of many frames is judged by: the posture and the speed that a fifth of them reach, in the order of
+    POSTURES. of: of `bins`; use: which frames, (T,) bool."""
+    known = {name: values[use][np.isfinite(values[use])] for name, values in of.items()}
+    return {
+        name: float(np.quantile(values, _REACHED, method="nearest")) if len(values) else np.nan
+        for name, values in known.items()
+    }
+
+
+def of_take(of: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """`reached` in the whole take, {name: (1,)}: of one case a take."""
+    return {name: np.array([value]) for name, value in reached(of).items()}
+
+
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     """One case a take before a static camera, one a frame before a moving one. rows: (T,) of the truth that the take
     has."""
-    rectified = take.need("rectified")
+    rectified, known = take.need("rectified"), bins(take)
     found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(rows), 3))
     true = np.broadcast_to(truth.up, (len(truth.lying), 3))[rows]
-    of = slice(None) if truth.up.ndim > 1 else slice(0, 1)
-    return Stated("up", truth.subject, angle_deg(found, true)[of], rectified.up_bound_deg[of]).judged()
+    error, half = angle_deg(found, true), rectified.up_bound_deg
+    if truth.up.ndim == 1:
+        error, half = error[:1], half[:1]
+        known = of_take(known)
+    return Stated("up", truth.subject, error, half, known).judged()
 
 
 def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
@@ -102,7 +137,7 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
     up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
     half = np.hypot(_UP_90 * up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
-    return Stated("BODY's rotation", truth.subject, error, half).judged()
+    return Stated("BODY's rotation", truth.subject, error, half, bins(take)).judged()
 
 
 def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
@@ -126,13 +161,18 @@ def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
         "reach": reach[fine],
         **{
             name: np.broadcast_to(values[:, None], fine.shape)[fine]
-            for name, values in (("pitch", turning.pitch), ("off the axis", turning.focal))
+            for name, values in (
+                ("pitch", turning.pitch),
+                ("off the axis", turning.focal),
+                *bins(take).items(),
+            )
         },
     }
     error, covariance = error[fine], covariance[fine]
     solved = np.linalg.solve(covariance, error[..., None])[..., 0]
     distance = np.sqrt(np.maximum((solved * error).sum(-1), 0))
-    yield Stated("joints", truth.subject, distance, np.full(len(distance), _CHI_90)).judged()
+    stands = {name: known[name] for name in BINS}
+    yield Stated("joints", truth.subject, distance, np.full(len(distance), _CHI_90), stands).judged()
     lever = size**2 * levers(filtered.joints, turning.ray)[:, _AWAY][fine]
     along = (error * ray).sum(-1)
     off = np.sqrt(np.maximum((error**2).sum(-1) - along**2, 0))
@@ -170,12 +210,8 @@ def angles(
     noise = shipped_noise() if noise is None else noise
     columns, time_s = take.kinematics or {}, truth.keypoints.times
     plain = replace(noise, factors={}, tilts={}, more={}, postures={})
-    rectified = take.need("rectified")
-    body = rotate(
-        transpose(rectified.R_source_from_body) @ rectified.R_source_from_level, take.need("filtered").joints
-    )
-    of = features(body, take.need("poses").times)
-    stands = {**{name: of[name] for name in FEATURES}, "posture": posture(of)}
+    of = stances(take)
+    stands = {name: of[name] for name in (*FEATURES, "posture")}
     parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
     R = truth.R_camera_from_body
     true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
@@ -193,6 +229,7 @@ def angles(
         parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate)}
+        known |= {name: of[name] for name in BINS}
         of_rate = f"rate of {both}"
         parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
     for sides in parts.values():
@@ -206,20 +243,22 @@ def paths(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
     if camera.focal_source != "told":
         off = np.array([1 - truth.focal_px / camera.focal_px])
         half = np.array([SD_90 * camera.focal_sd_px / camera.focal_px])
-        yield Stated("focal length, %", truth.subject, 100 * off, 100 * half)
+        yield Stated("focal length, %", truth.subject, 100 * off, 100 * half, of_take(bins(take)))
     poses = take.need("poses")
     if poses.root is not None:
-        yield from place(poses, truth, rows)
+        yield from place(poses, truth, rows, bins(take))
         for each in take.notices:
             if each.code == "placed":
-                yield frame_by_frame(poses, truth, rows, each.values["within"])
+                yield frame_by_frame(poses, truth, rows, each.values["within"], bins(take))
     if take.need("rectified").level_ok and truth.up.ndim == 1:
         yield from motions(take, truth, rows)
 
 
-def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+def place(
+    poses: PoseSequence, truth: SeenTake, rows: np.ndarray, known: Mapping[str, np.ndarray]
+) -> Iterator[Stated]:
     """The pelvis from the camera along the ray to it and across, frame by frame, and the size of the body, which moves
-    it all. rows: (T,) as of `up`."""
+    it all. rows: (T,) as of `up`; known: of `bins`."""
     path = poses.path
     assert path is not None
     assert path.covariance is not None
@@ -234,6 +273,7 @@ def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[St
                 truth.subject,
                 ((path.points - true) * axis).sum(axis=1),
                 SD_90 * np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis)),
+                known,
             )
             for axis in directions
         ]
@@ -242,26 +282,32 @@ def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[St
         lifted = poses.joints.astype(np.float64)
         size = person_size(lifted) / person_size(scaled(lifted, truth.truth[rows], "take"))
         half = np.array([100 * SD_90 * path.shared[0]])
-        yield Stated("body's size, %", truth.subject, np.array([100 * (size - 1)]), half).judged()
+        yield Stated(
+            "body's size, %", truth.subject, np.array([100 * (size - 1)]), half, of_take(known)
+        ).judged()
 
 
-def frame_by_frame(poses: PoseSequence, truth: SeenTake, rows: np.ndarray, within: float) -> Stated:
+def frame_by_frame(
+    poses: PoseSequence, truth: SeenTake, rows: np.ndarray, within: float, known: Mapping[str, np.ndarray]
+) -> Stated:
     """What a run says of its frames: that each is so near to the true place but for the whole path's size and what the
-    focal length does to all depths, of which it says how wrong they are beside. rows: (T,) as of `up`."""
+    focal length does to all depths, of which it says how wrong they are beside. rows: (T,) as of `up`; known: of
+    `bins`."""
     assert poses.root is not None
     there = is_finite(poses.root)
     found, true = poses.root[there], truth.joints_camera[rows, H36M17.index("pelvis")][there]
     parts = np.stack([found, found * [0.0, 0.0, 1.0]], axis=-1)
     best = np.linalg.lstsq(parts.reshape(-1, 2), true.ravel(), rcond=None)[0]
     off = np.linalg.norm(parts @ best - true, axis=1)
-    return Stated("pelvis from frame to frame, m", truth.subject, off, np.full(len(off), within))
+    known = {name: values[there] for name, values in known.items()}
+    return Stated("pelvis from frame to frame, m", truth.subject, off, np.full(len(off), within), known)
 
 
 def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
     """Positions, velocities and accelerations of wrists and ankles from the pelvis, each axis of LEVEL a case, of
     upright frames. The truth is turned into the LEVEL that was found: how wrong its up is has an error of its own.
     rows: (T,) as of `up`."""
-    columns = take.need("kinematics")
+    columns, known = take.need("kinematics"), bins(take)
     true = rotate(transpose(take.need("rectified").R_source_from_level), truth.truth)[rows]
     time_s, upright = truth.keypoints.times[rows], ~truth.lying[rows]
     if not is_finite(true).all():
@@ -276,7 +322,7 @@ def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
                     error = columns[column] - signals[prefix][:, H36M17.index(joint), i]
                     half = SD_90 * columns.get(f"{column}_sd", np.full(len(rows), np.nan))
                     error = np.where(upright, error, np.nan)
-                    parts.append(Stated(f"{part} {quantity}", truth.subject, error, half))
+                    parts.append(Stated(f"{part} {quantity}", truth.subject, error, half, known))
             yield joined(parts).judged()
 
 
@@ -299,7 +345,15 @@ def of_figures(finished: Finished) -> Iterator[Stated]:
         cases += movements(finished, take)
     if lifted and take.kinematics:
         cases += within(take, true_angles(truth, take.need("poses").frame_index))
-    yield from of_cases(cases, truth.subject)
+    yield from of_cases(cases, truth.subject, partial(during, bins(take), take.need("poses").times))
+
+
+def during(
+    of: Mapping[str, np.ndarray], time_s: np.ndarray, span: tuple[float, float] | None
+) -> dict[str, float]:
+    """`reached` in these seconds at times (T,), or in the whole take."""
+    start, stop = span or (-np.inf, np.inf)
+    return reached(of, (time_s >= start) & (time_s <= stop))
 
 
 def movements(finished: Finished, take: Take) -> Iterator[Case]:
@@ -310,9 +364,11 @@ def movements(finished: Finished, take: Take) -> Iterator[Case]:
         return
     true = finished.captured().figures
     for movement, names in every:
-        for figure, row, truth in same_rows(take.figures.group(*names), true.group(*names)):
+        found = take.figures.group(*names)
+        for figure, row, truth in same_rows(found, true.group(*names)):
             half = np.nan if row.error is None else SD_90 * row.error
-            yield Case(f"{movement}: {figure}", row.value, truth.value, half)
+            span = found.spans[row.number] if row.number is not None else None
+            yield Case(f"{movement}: {figure}", row.value, truth.value, half, span)
 
 
 def same_rows(found: Measures, true: Measures) -> Iterator[tuple[str, Measure, Measure]]:

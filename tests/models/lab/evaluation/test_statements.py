@@ -16,6 +16,7 @@ from pcnet3d.models.lab.evaluation.judge import Stated
 from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.evaluation.statements import (
     angles,
+    during,
     joints,
     motions,
     of_figures,
@@ -91,6 +92,29 @@ def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(exact, rows
     assert np.isnan(shares["crouched"])
 
 
+def test_whatever_is_stated_is_judged_posture_by_posture(exact, rows, captured_walk):
+    """Angles alone were, while joints of people who crouch and places of bent ones held in a half."""
+    covariance = np.broadcast_to(0.01 * np.eye(3), (*exact.truth.truth.shape, 3))
+    take = with_covariance(exact.take, exact.truth, 0.0, covariance)
+    camera = replace(take.need("camera"), focal_source="prior")
+    whole = replace(exact, take=take.with_(camera=camera, poses=placed(exact, 1.0, 0.01)))
+    found = [*statements(whole), *of_figures(captured_walk)]
+    asked = {"joints", "up", "focal length, %", "body's size, %", "wrist velocity, m/s", "double support, %"}
+    assert asked <= {one.statement for one in found}
+    for one in found:
+        assert set(one.known) >= {"posture", "speed"}, one.statement
+        assert np.isin(one.known["posture"], range(len(POSTURES))).all(), one.statement
+        assert all(len(values) == len(one.error) for values in one.known.values()), one.statement
+
+
+def test_a_figure_of_many_frames_is_judged_by_the_posture_that_a_fifth_of_its_own_reach():
+    low, time_s = POSTURES.index("crouched"), np.arange(10.0)
+    of = {"posture": np.where(time_s >= 7, low, 0), "speed": np.append(time_s[:9], np.nan)}
+    assert during(of, time_s, None) == {"posture": low, "speed": 6.0}
+    assert during(of, time_s, (0, 6)) == {"posture": 0, "speed": 5.0}
+    assert np.isnan(during(of, time_s, (20, 30))["posture"])
+
+
 def test_up_is_one_case_a_take_and_rotations_are_as_wrong_as_they_were_made(exact, rows):
     truth = exact.truth
     R = truth.R_camera_from_world
@@ -162,12 +186,12 @@ def placed(exact, factor, sd):
 
 def test_a_path_ten_per_cent_too_far_is_wrong_along_the_ray_and_a_focal_length_as_much(exact, rows):
     distance = np.linalg.norm(exact.truth.joints_camera[:, 0], axis=1)
-    along, across, size = place(placed(exact, 1.1, 0.01), exact.truth, rows)
+    along, across, size = place(placed(exact, 1.1, 0.01), exact.truth, rows, {})
     np.testing.assert_allclose(along.error, 0.1 * distance, rtol=1e-5)
     np.testing.assert_allclose(across.error, 0, atol=1e-5)
     assert (share(along), share(across), len(across.error)) == (0, 1, 2 * len(rows))
     assert size.error == pytest.approx([0.0], abs=1e-3)
-    assert [share(one) for one in place(placed(exact, 1.0, 0.01), exact.truth, rows)] == [1, 1, 1]
+    assert [share(one) for one in place(placed(exact, 1.0, 0.01), exact.truth, rows, {})] == [1, 1, 1]
     camera = replace(exact.take.need("camera"), focal_px=1.1 * exact.truth.focal_px, focal_sd_px=1.0)
     guessed = exact.take.with_(camera=replace(camera, focal_source="prior"))
     focal = next(one for one in paths(guessed, exact.truth, rows) if one.statement == "focal length, %")
