@@ -19,10 +19,12 @@ SCIPY = {
 }
 
 
-def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+def pcnet3d(
+    *words: object, cwd: Path | None = None, encoding: str = "utf-8", **environment: str
+) -> subprocess.CompletedProcess[str]:
     """pcnet3d("run", ...): exit code and what it said, on 80 columns as where there is no terminal."""
     argv = ["pcnet3d", *map(str, words)]
-    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding=encoding, write_through=True) for _ in range(2))
     terminate, code = signal.getsignal(signal.SIGTERM), 0
     with (
         patch.object(sys, "argv", argv),
@@ -37,7 +39,7 @@ def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subp
             code = ended.code or 0
         finally:
             signal.signal(signal.SIGTERM, terminate)
-    said = (stream.buffer.getvalue().decode() for stream in (out, err))
+    said = (stream.buffer.getvalue().decode(encoding) for stream in (out, err))
     return subprocess.CompletedProcess(argv, int(code), *said)
 
 

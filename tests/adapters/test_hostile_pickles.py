@@ -153,11 +153,10 @@ def test_classes_of_ours_are_as_before():
     } == before
 
 
-@pytest.mark.parametrize("size", [60_000_000, 600_000_000])
-def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path, size):
+def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path):
     stream, packing = io.BytesIO(), zlib.compressobj(9)
     stream.write(packing.compress(HEAD))
-    for _ in range(size // 10_000_000):
+    for _ in range(6):
         stream.write(packing.compress(bytes(10_000_000)))
     stream.write(packing.flush())
     (tmp_path / "x.pkl").write_bytes(stream.getvalue())

@@ -95,7 +95,7 @@ def test_2d_results_are_refused_with_who_reads_them(save, alone):
 
 def test_memory_is_bounded(tmp_path):
     """At most three times the arrays that come out, plus a piece of the text that is being read."""
-    path, count = tmp_path / "long.json", 20_000
+    path, count = tmp_path / "long.json", 5_000
     people = json.dumps([instance(as_mmpose(turning(1)[0] + 1e-9), box_of(0, 0))])
     with path.open("w") as file:
         file.write("[" + ", ".join(f'{{"frame_id": {i}, "instances": {people}}}' for i in range(count)) + "]")

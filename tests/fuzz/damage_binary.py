@@ -145,11 +145,11 @@ def npz(content: bytes, rng: Random) -> bytes:
 
 
 def _bomb(member: bytes, rng: Random) -> bytes:
-    """An array of the same kind with as many rows as make up to 150 MB of nothing."""
+    """An array of the same kind with as many rows as make up to 100 MB of nothing."""
     try:
         header, data = _npy_parts(member)
         rows = re.search(r"'shape': \((\d+)", header.decode("latin1"))
-        times = rng.choice((5_000_000, 150_000_000)) // max(len(data), 1)
+        times = rng.choice((5_000_000, 100_000_000)) // max(len(data), 1)
         if rows is None or int(rows[1]) == 0 or times < 2:
             raise ValueError
     except ValueError:
@@ -160,7 +160,7 @@ def _bomb(member: bytes, rng: Random) -> bytes:
 
 def squeezed(content: bytes, rng: Random) -> bytes:
     """A zlib stream of the content, or of very much of nothing."""
-    bomb = content + b"\0" * rng.choice((0, 50_000_000, 150_000_000))
+    bomb = content + b"\0" * rng.choice((0, 50_000_000, 100_000_000))
     return zlib.compress(bomb, 9)[: rng.choice((None, None, -1, 50))]
 
 

@@ -12,7 +12,7 @@ from fuzz.run import fuzz
 from pcnet3d.pipeline import InputError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is measured by Linux's /proc")
-FILES = 12
+FILES = 8
 WITH_REAL_FILES = [
     pytest.param(reader, marks=pytest.mark.data(*files), id=f"{reader} with real files")
     for reader, files in REAL.items()

@@ -50,12 +50,10 @@ def _shadow(canvas: Canvas, box: Box, rng: np.random.Generator) -> None:
     canvas.shade(np.column_stack([hull, np.zeros(len(hull))]), rng.uniform(0.5, 0.85), 11)
 
 
-def room(seed: int, tilted: tuple[float, float] | None = None) -> Room:
-    """A room of flats, offices and gyms: walls and floor, furniture turned at any angle, clutter, people. tilted: the
-    camera's pitch and roll in degrees, drawn as people hold cameras without it."""
+def room(seed: int) -> Room:
+    """A room of flats, offices and gyms: walls and floor, furniture turned at any angle, clutter, people."""
     rng = np.random.default_rng([seed, 1])
     tilt, taste = angles(rng), style(rng)
-    tilt = tilted or tilt
     view = held(rng, *tilt)
     canvas = Canvas(view)
     size = np.array([*rng.uniform(3.2, 9, 2), rng.uniform(2.6, 3.4)])

@@ -32,7 +32,7 @@ def exported(tmp_path_factory):
         torch.nn.init.normal_(network.rotation.weight, std=0.2)
         path = tmp_path_factory.mktemp("onnx") / f"{net}.onnx"
         deployed = Deployed(network, symmetric=align)
-        export(deployed, path, trained_on="nobody")
+        export(deployed, path, name=f"tiny-{net}", targets="axes")
         made[net] = (deployed.eval(), path)
     return made
 
@@ -124,9 +124,10 @@ def test_a_missing_pelvis_is_the_middle_of_the_hips(exported, poses):
 
 
 def test_the_method_names_the_weights(exported):
-    methods = {PCNetRectifier(path).method for _, path in exported.values()}
-    assert len(methods) == len(exported)
-    assert all(method.startswith("pcnet@") and len(method) == 18 for method in methods)
+    for net, (_, path) in exported.items():
+        name, digest = PCNetRectifier(path).method.split("@")
+        assert (name, len(digest)) == (f"tiny-{net}", 12)
+        assert PCNetRectifier(path).targets == "axes"
 
 
 def test_a_network_of_somebody_else_is_named_by_its_file(exported, poses, tmp_path):
