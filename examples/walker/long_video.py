@@ -4,7 +4,7 @@ again."""
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import cycle
+from itertools import cycle, islice
 from pathlib import Path
 
 import numpy as np
@@ -21,15 +21,16 @@ def write_long_video(path: Path, seconds: float) -> None:
     import cv2
 
     walk = walker()
-    # As JPEG a hundredth of the memory: what reads the video afterwards may be what is measured.
-    there = [cv2.imencode(".jpg", image)[1] for image in images(walk, side_camera(walk))]
     frames = round(seconds * walk.fps)
+    shown = islice(images(walk, side_camera(walk)), frames)
+    # As JPEG a hundredth of the memory: what reads the video afterwards may be what is measured.
+    there = [cv2.imencode(".jpg", image)[1] for image in shown]
     with av.open(str(path), "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=Fraction(walk.fps).limit_denominator(1001))
         stream.width, stream.height, stream.pix_fmt = 640, 360, "yuv420p"
         stream.options = {"crf": "21", "preset": "fast", "bf": "0", "g": "60"}
         packets = []
-        for number, jpeg in enumerate([*there, *reversed(there)]):
+        for number, jpeg in enumerate([*there, *reversed(there)][:frames]):
             drawn = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR_RGB))
             image = av.VideoFrame.from_ndarray(drawn, format="rgb24")
             image.pts, image.time_base = number, Fraction(1, 30)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
+from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.camera import Camera, Look
 from pcnet3d.pipeline.core.intrinsics import Intrinsics, undistorted
@@ -18,6 +19,11 @@ from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.lift import Lift
 
 IMAGE_SIZE = (640, 360)
+
+
+@pytest.fixture(scope="module")
+def walk() -> Walk:
+    return walker(seconds=4)
 
 
 @pytest.fixture(scope="module")

@@ -123,7 +123,7 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(whole):
     ] == [("0", 0, 21, 18), ("1", 22, 69, 38)]
 
 
-@pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
+@pytest.mark.parametrize("stop", [0, 11, 21, 22, 33, 69])
 def test_interrupted_and_resumed_is_bitwise_the_same(eventful, whole, toy, tmp_path, monkeypatch, stop):
     with monkeypatch.context() as patched:
         patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
@@ -164,7 +164,7 @@ def test_who_comes_where_nobody_was_for_long_is_seen_a_little_later(
     assert 0 <= whole.time_s[8] - empty.time_s[8 + nobody] < 0.2
     np.testing.assert_array_equal(found, np.arange(found[0], 80))
     assert counting.looks == 8 + 30 + len(range(36, nobody, 6)) + len(found)
-    for stop in (20, 45, 50, 69, 75):
+    for stop in (20, 50, 69):
         with monkeypatch.context() as patched:
             patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
             detect(empty, load_detector(toy), "here", keep=lambda found: found.save(tmp_path / "part.npz"))

@@ -35,11 +35,11 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
     for clip in read_clips("val"):
         if not clip.name.startswith(("07_", "08_")):  # walks
             continue
+        true = measures_of_truth(clip)["walking"]
         for seed in range(2):
             seen = see(clip, seed, views=TYPICAL)
             if not _OBLIQUE[0] < np.abs(seen.R_camera_from_body[:, 2, 0]).mean() < _OBLIQUE[1]:
                 continue
-            true = measures_of_truth(clip)["walking"]
             take = lifted(clip, seen, JUDGED)
             found = nested(Pipeline((Place(), *STAGES))(take).measures)["walking"]
             key = "step_length_symmetry_index_percent"
