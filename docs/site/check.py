@@ -45,7 +45,10 @@ def problems(site: Path) -> list[str]:
 
 
 def main() -> None:
-    found = problems(Path(sys.argv[1]).resolve())
+    site = Path(sys.argv[1]).resolve()
+    found = problems(site)
+    if not (site / "index.html").is_file():
+        found.append("index.html is not there")
     print("\n".join(found) or "nothing is loaded from a network")
     sys.exit(1 if found else 0)
 
