@@ -1,13 +1,12 @@
 """A twentieth of the first accidents, and one of each kind; `python -m accidents` tries all, and honest takes."""
 
-from pathlib import Path
+from collections.abc import Callable
+from functools import cache, partial
 
 import pytest
-from accidents.edits import edits
-from accidents.judge import judged
+from accidents.edits import Edit, edits
+from accidents.judge import Outcome, judged
 from accidents.material import bases
-
-from pcnet3d.pipeline.core.take import Take
 
 pytestmark = pytest.mark.data
 NEEDS = {
@@ -28,18 +27,15 @@ def needing(*names):
 
 
 @pytest.fixture(scope="module")
-def all_bases(tmp_path_factory: pytest.TempPathFactory):
-    return bases(tmp_path_factory.mktemp("accidents"))
-
-
-@pytest.fixture(scope="module")
-def before() -> dict[str, Take]:
-    return {}
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Edit], Outcome]:
+    """outcome(edit), of which each is tried once."""
+    folder, before = tmp_path_factory.mktemp("accidents"), {}
+    return cache(partial(judged, bases=bases(folder), before=before, folder=folder / "run"))
 
 
 @pytest.mark.data(*(file for files in NEEDS.values() for file in files))
-def test_nine_in_ten_of_a_twentieth_are_refused_told_or_harmless(all_bases, before, tmp_path: Path):
-    outcomes = [judged(edit, all_bases, before, tmp_path) for edit in TWENTIETH if edit.base in all_bases]
+def test_nine_in_ten_of_a_twentieth_are_refused_told_or_harmless(outcome):
+    outcomes = [outcome(edit) for edit in TWENTIETH]
     unsaid = [each.edit for each in outcomes if each.changed and not (each.refused or each.told)]
     assert len(unsaid) <= _UNSAID * len(outcomes), unsaid
 
@@ -76,7 +72,7 @@ def test_nine_in_ten_of_a_twentieth_are_refused_told_or_harmless(all_bases, befo
         "walk_crop poses: smoothed over 15 frames",
     ),
 )
-def test_it_is_told(name, all_bases, before, tmp_path):
+def test_it_is_told(name, outcome):
     (edit,) = (edit for edit in edits() if str(edit) == name)
-    outcome = judged(edit, all_bases, before, tmp_path)
-    assert outcome.refused or outcome.told, outcome
+    found = outcome(edit)
+    assert found.refused or found.told, found

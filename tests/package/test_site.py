@@ -21,9 +21,7 @@ commands = run_path(str(ROOT / "docs/gallery.py"))["commands"]
 NOTEBOOK = ROOT / "docs/first_take.ipynb"
 
 
-@pytest.mark.skipif(
-    "not __import__('importlib').util.find_spec('sphinx')", reason="needs the extra docs"
-)
+@pytest.mark.skipif("not __import__('importlib').util.find_spec('sphinx')", reason="needs the extra docs")
 def test_broken_links_and_anchors_end_the_build(tmp_path):
     source = tmp_path / "source"
     source.mkdir()
