@@ -1,4 +1,5 @@
-"""Joint and segment angles that 17 joints can give: definitions, signs and what they need. Images: docs/angles.md.
+"""Joint and segment angles that 17 joints can give: conventions and values. What each is: angles.toml; images:
+docs/angles.md.
 
 Every angle is a function of one frame's joints in BODY (x back, y right, z up; design.md section 4). Angles between
 segments do not change when the whole body is turned; those with `needs_gravity` do.
@@ -14,7 +15,11 @@ segments do not change when the whole body is turned; those with `needs_gravity`
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
@@ -38,10 +43,7 @@ _ALONG = np.sin(np.radians(limit("angles.along")))
 
 @dataclass(frozen=True)
 class Angle:
-    """One angle. group: heading under which a recording shows it. words: what it is. positive: when it grows. joints:
-    that it is made of. needs_gravity: whether it is taken against the vertical. centre_deg: its values lie within 180
-    of this, so that it is continuous where bodies move, through 180 too. anatomy_deg: what no joint goes beyond;
-    no limits against the vertical, since people lie, crawl and stand on their hands."""
+    """One angle, with the fields of angles.toml, which says what they are."""
 
     group: str
     words: str
@@ -52,108 +54,23 @@ class Angle:
     anatomy_deg: tuple[float, float] = (-np.inf, np.inf)
 
 
-# anatomy_deg: the mean active range of healthy adults (American Academy of Orthopaedic Surgeons, "Joint Motion: Method
-# of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and -30 to 45, shoulder -60 to 180,
-# trunk turned by 45 to either side) and up to 30 more for the supple and for segments that 17 joints cannot tell apart:
-# the hip is taken against the whole trunk, which bends too.
-_HIPS, _SHOULDERS = ("r_hip", "l_hip"), ("r_shoulder", "l_shoulder")
-_PELVIS, _THORAX = ("pelvis", "thorax", *_HIPS), ("pelvis", "thorax", *_SHOULDERS)
-_FACING = (*_HIPS, *_SHOULDERS)
+@cache
+def _definitions() -> dict[str, dict[str, dict[str, Any]]]:
+    return tomllib.loads(Path(__file__).with_name("angles.toml").read_text(encoding="utf-8"))
 
 
-def _of_side(side: str) -> dict[str, Angle]:
-    """By name without the side, "r" or "l"."""
-    thigh, shank = (f"{side}_hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")
-    arm, forearm = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
-    return {
-        "knee_flexion": Angle(
-            "Knees",
-            "between thigh and shank, 0 when straight, about the hip line made perpendicular to the thigh",
-            "heel towards the buttock; negative: hyperextended",
-            _union(thigh, shank, _HIPS), anatomy_deg=(-20.0, 165.0),
-        ),
-        "elbow_flexion": Angle(
-            "Elbows",
-            "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
-            "with the upper arm",
-            "hand towards the shoulder; negative: hyperextended",
-            _union(arm, forearm, _THORAX), anatomy_deg=(-20.0, 165.0),
-        ),
-        "thigh_trunk_flexion": Angle(
-            "Hips",
-            "of the thigh against the trunk line about the hip line", "thigh forward",
-            _union(thigh, _PELVIS), centre_deg=45.0, anatomy_deg=(-60.0, 165.0),
-        ),
-        "hip_abduction": Angle(
-            "Hips",
-            "of the thigh out of the plane perpendicular to the hip line", "thigh away from the midline",
-            _union(thigh, _HIPS), anatomy_deg=(-60.0, 80.0),
-        ),
-        "shoulder_flexion": Angle(
-            "Shoulders",
-            "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
-            _union(arm, _THORAX), centre_deg=60.0, anatomy_deg=(-90.0, 210.0),
-        ),
-        "shoulder_abduction": Angle(
-            "Shoulders",
-            "of the upper arm out of the plane perpendicular to the shoulder line; 90 at most: an arm raised "
-            "sideways above that has a flexion near 180", "arm away from the midline",
-            _union(arm, _SHOULDERS), anatomy_deg=(-75.0, 90.0),
-        ),
-        "shoulder_elevation": Angle(
-            "Shoulders",
-            "between upper arm and the trunk line made perpendicular to the shoulder line, in any plane: 0 hanging, "
-            "180 overhead", "arm up",
-            _union(arm, _THORAX), anatomy_deg=(0.0, 180.0),
-        ),
-        "thigh_sagittal": Angle(
-            "Segments",
-            "of the thigh against the vertical, in the plane of front and up", "knee in front of the hip",
-            _union(thigh, _FACING), True, 45.0,
-        ),
-        "shank_sagittal": Angle(
-            "Segments",
-            "of the shank against the vertical, in the plane of front and up", "ankle in front of the knee",
-            _union(shank, _FACING), True, -45.0,
-        ),
-        "upper_arm_sagittal": Angle(
-            "Segments",
-            "of the upper arm against the vertical, in the plane of front and up",
-            "elbow in front of the shoulder",
-            _union(arm, _FACING), True, 60.0,
-        ),
-    }  # fmt: skip
+def defined(part: Literal["sides", "middle", "feet"]) -> dict[str, Angle]:
+    """The angles of this part of angles.toml by name, all of the right side before those of the left."""
+    angles = {}
+    for side in ("",) if part == "middle" else ("r_", "l_"):
+        for name, fields in _definitions()[part].items():
+            joints = tuple(dict.fromkeys(joint.replace("own_", side) for joint in fields["joints"]))
+            own = {"joints": joints, "anatomy_deg": tuple(fields.get("anatomy_deg", Angle.anatomy_deg))}
+            angles[side + name] = Angle(**{**fields, **own})
+    return angles
 
 
-def _of_middle() -> dict[str, Angle]:
-    return {
-        "trunk_lean_sagittal": Angle(
-            "Trunk",
-            "of the trunk line (pelvis to thorax) against the vertical, in the plane of front and up", "forward",
-            _union(("pelvis", "thorax"), _FACING), True,
-        ),
-        "trunk_lean_frontal": Angle(
-            "Trunk",
-            "of the trunk line out of the plane of front and up", "to the person's right",
-            _union(("pelvis", "thorax"), _FACING), True,
-        ),
-        "pelvis_obliquity": Angle(
-            "Trunk",
-            "of the hip line against the horizontal", "right hip higher", _HIPS, True
-        ),
-        "thorax_pelvis_rotation": Angle(
-            "Trunk",
-            "of the shoulder line against the hip line about the trunk line", "chest turned to the person's left",
-            _union(_PELVIS, _THORAX), anatomy_deg=(-75.0, 75.0),
-        ),
-    }  # fmt: skip
-
-
-def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(joint for part in parts for joint in part))
-
-
-ANGLES = {f"{side}_{name}": angle for side in "rl" for name, angle in _of_side(side).items()} | _of_middle()
+ANGLES = defined("sides") | defined("middle")
 MIDLINE = tuple(name for name in ANGLES if name[1] != "_")  # those without a side
 # Change sign in a mirror.
 MIRRORED_SIGN = ("trunk_lean_frontal", "pelvis_obliquity", "thorax_pelvis_rotation")

@@ -1,4 +1,4 @@
-"""Angles of ankle and foot, where the source gives heels and toes: definitions, signs and what they need.
+"""Angles of ankle and foot, where the source gives heels and toes: conventions and values.
 
 The foot's line runs from the heel to the middle of big and small toe, or to the big toe where the source never gives a
 small one. BlazePose's foot index, the tip of the foot's middle, stands for the big toe.
@@ -18,34 +18,10 @@ import numpy as np
 from ..core.layouts import Layout
 from ..core.limits import limit
 from ..core.rotations import is_finite, unit
-from .angles import ANGLES, Angle, of_both
+from .angles import ANGLES, defined, of_both
 
 _FACING = ("r_hip", "l_hip", "r_shoulder", "l_shoulder")
-
-
-def _definitions() -> dict[str, Angle]:
-    angles = {}
-    for side in ("r", "l"):
-        foot = (f"{side}_heel", f"{side}_big_toe", f"{side}_small_toe")
-        # Active range of healthy adults: 20 up, 50 down (American Academy of Orthopaedic Surgeons, 1965), and 30 more.
-        angles[f"{side}_ankle_dorsiflexion"] = Angle(
-            "Feet",
-            "between shank and foot (heel to toes), 0 when they are at right angles",
-            "toes towards the shank; negative is plantarflexion",
-            (f"{side}_knee", f"{side}_ankle", *foot),
-            anatomy_deg=(-80.0, 50.0),
-        )
-        angles[f"{side}_foot_progression"] = Angle(
-            "Feet",
-            "of the foot (heel to toes) against where the person faces, in the horizontal plane",
-            "toes away from the midline (toe-out)",
-            (*foot, *_FACING),
-            needs_gravity=True,
-        )
-    return angles
-
-
-FOOT_ANGLES = _definitions()
+FOOT_ANGLES = defined("feet")
 ALL_ANGLES = ANGLES | FOOT_ANGLES
 ALL_OF_BOTH = tuple(dict.fromkeys(map(of_both, ALL_ANGLES)))  # names without sides
 

@@ -24,7 +24,7 @@ NEUTRAL |= {1e-12, 1e-9}
 OWN = {
     "again.py": {"_RANGES": "of the values in OpenCV"},
     "altered.py": {1e-6: "of single precision, and more", 1e-30: "the same of zeros"},
-    "angles.py": {"REASONS": "codes", "ANGLES": "a definition"},
+    "angles.py": {"REASONS": "codes"},
     "checks.py": {"_UP": "axes"},
     "filters.py": {"ORDER": "of the filter", "_ALL": "rows at once", "_AT_ONCE": "memory"},
     "find.py": {
@@ -45,9 +45,7 @@ OWN = {
 
 
 def numbers(tree: ast.AST) -> Iterator[float]:
-    """All in it, but for those of angles' definitions."""
-    if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "Angle":
-        return
+    """All in it."""
     if isinstance(tree, ast.Constant) and type(tree.value) in (int, float):
         yield tree.value
     for part in ast.iter_child_nodes(tree):
