@@ -14,10 +14,11 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
-from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
+from ..pipeline.reading.bounds import check_image_size, grid_rows
+from ..pipeline.signals.checks import NEAR_S, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
 from ..pipeline.signals.splines import monotone_slopes, on_spline
-from ..pipeline.signals.visibility import check_size, unseen
+from ..pipeline.signals.visibility import unseen
 
 _SHORTEST_S = 0.3  # of a span that a notice names
 # Name of both, of one, and the joint that stands for it.
@@ -65,7 +66,7 @@ class Clean:
             size = take.image_size
             # Those that were detected in this video have its size.
             keypoints_of_file = any(each["role"] == "keypoints" for each in take.inputs)
-            if keypoints_of_file and (doubt := check_size(take.keypoints, size)):
+            if keypoints_of_file and (doubt := check_image_size(take.keypoints, size)):
                 notices.append(doubt)
             if poses.made_by.kind != "measured":
                 hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)

@@ -23,7 +23,7 @@ from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.again import first_names, joined
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
-from ..pipeline.signals.swaps import treated
+from ..pipeline.reading.exchanged import treated
 
 
 @dataclass(frozen=True)

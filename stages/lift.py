@@ -27,10 +27,10 @@ from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.plugins.protocols import Lifter
+from ..pipeline.reading.bounds import check_image_size
+from ..pipeline.reading.findings import findings_of
+from ..pipeline.reading.guard import guarded
 from ..pipeline.signals.checks import strays_of
-from ..pipeline.signals.findings import findings_of
-from ..pipeline.signals.guard import guarded
-from ..pipeline.signals.visibility import check_size
 
 _SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handedness
 
@@ -94,7 +94,7 @@ class Lift:
         if "gaps" in takes and keypoints.time_s is not None:
             visible = visible_only(keypoints, size)
             if size is not None and not is_finite(visible.joints).any():
-                check_size(keypoints, size)
+                check_image_size(keypoints, size)
             keypoints, strays = _without_strays(visible, keypoints)
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
@@ -109,7 +109,7 @@ class Lift:
         intrinsics = camera.intrinsics if camera else None
         if intrinsics is not None:
             if size is not None:
-                check_size(keypoints, size)
+                check_image_size(keypoints, size)
             if "images" not in takes:
                 keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
             keypoints = keypoints.noted(

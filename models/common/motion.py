@@ -138,7 +138,7 @@ def lasting(rows: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
 def in_doubt(take: Take) -> dict[str, np.ndarray]:
     """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what is left of
-    theirs (signals.swaps.treated), and of the keypoints if this run has lifted them."""
+    theirs (reading.exchanged.treated), and of the keypoints if this run has lifted them."""
     poses = take.need("poses")
     doubt: dict[str, np.ndarray] = {}
     of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)

@@ -12,9 +12,9 @@ from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.signals.checks import grid_rows
+from ...pipeline.reading.bounds import check_image_size, grid_rows
 from ...pipeline.signals.filters import stretches
-from ...pipeline.signals.visibility import check_size, unseen
+from ...pipeline.signals.visibility import unseen
 
 USUAL_HZ = 30.0  # of takes whose rate is unknown
 _APART_S = 5.0  # the built-in lifter's network sees 4.7 s on each side at 20 frames a second
@@ -64,7 +64,7 @@ def checked_size(asked: ToLift) -> np.ndarray:
             "multiply them back to pixels first.",
         )
     if asked.intrinsics is None:  # else whoever undid the distortion has looked at those that were filmed
-        check_size(keypoints, (int(size[0]), int(size[1])))
+        check_image_size(keypoints, (int(size[0]), int(size[1])))
     return size
 
 

@@ -17,10 +17,10 @@ from ..core.take import Take, Told
 from ..plugins import registry
 from ..reading.bounds import check_times
 from ..reading.choose import choose_person
+from ..reading.findings import pose_findings, row_findings, swap_findings
 from ..reading.load import load
 from ..signals.altered import altered
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
-from ..signals.findings import pose_findings, row_findings, swap_findings
 from ..signals.swaps import Swap, as_frames, find_swaps
 
 _RECTIFIED = 600  # frames, a second of work; up needs no more

@@ -9,11 +9,13 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.limits import limit
+from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import Video
 from ..signals.filters import rate
+from ..signals.visibility import LEAST_SCORE
 
 RATES = limit("times.rates")  # of video
 
@@ -54,6 +56,42 @@ def check_size(poses: PoseSequence, where: str) -> None:
             f"{where}: expected a body of {smallest:g} to {largest:g} units, within {farthest:g} of the origin, "
             f"got one of {size:.3g}, up to {far:.3g} away; write coordinates in metres, or in pixels for keypoints.",
         )
+
+
+def check_image_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
+    """A warning if many visible keypoints lie far outside an image of that size; None if they do not, or the size is
+    not known. InputError if most do: every pose would be left out as outside the image."""
+    points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
+    if image_size is None or not len(points):
+        return None
+    size, beyond = np.array(image_size), limit("image-size.beyond")
+    share = float(((points < -beyond * size) | (points > (1 + beyond) * size)).any(axis=-1).mean())
+    right, down = np.ceil(points.max(axis=0)).astype(int).tolist()  # of the smallest that has them all
+    width, height = image_size
+    if share > limit("image-size.wrong"):
+        raise InputError(
+            "bad-value",
+            f"Expected the size of the image that the keypoints are of, got {width}x{height}, outside which "
+            f"{100 * share:.0f} % of them lie: give --set read.image_size=WIDTHxHEIGHT, at least {right}x{down}, or "
+            "the video that they were detected in.",
+        )
+    values = {"width": width, "height": height, "right": right, "down": down}
+    doubtful = share > limit("image-size.doubtful")
+    return notice("image-size-doubtful", share_percent=100 * share, **values) if doubtful else None
+
+
+def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
+    """How many rows there are once every frame from the first to the last has one, or every `step`th. InputError when
+    that many cannot be one recording, before they take any memory."""
+    first, last = (int(number) for number in sequence.frame_index[[0, -1]])
+    rows = (last - first) // step + 1
+    if rows > max(limit("frame-numbers.rows"), 2 * len(sequence)):
+        raise InputError(
+            "times-broken",
+            f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
+            f"{last}; check the frame numbers of the 2D file.",
+        )
+    return rows
 
 
 def check_fps(fps: float, flag: str = "--fps", most: float = RATES[1]) -> float:

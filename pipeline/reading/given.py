@@ -17,8 +17,8 @@ from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy, PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import SILENT, Told
-from ..signals.guard import guarded
 from .bounds import timed
+from .guard import guarded
 from .joint_order import check_order, likely_layout
 from .load import Source
 from .normalise import normalised

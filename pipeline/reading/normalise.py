@@ -12,8 +12,8 @@ from ..core.notices import notice
 from ..core.pose import PoseSequence
 from ..core.take import Told
 from ..signals.checks import empty_rows, whole_rows
-from ..signals.guard import guarded
 from .bounds import check_size, timed
+from .guard import guarded
 
 
 def normalised(poses: PoseSequence, where: str, fps: float | None, told: Told) -> PoseSequence:

@@ -14,12 +14,11 @@ from ..core.pose import PoseSequence
 from ..core.take import Take, Video
 from ..files.atomic import printable
 from ..signals.altered import alterations, altered, without_altered
-from ..signals.findings import findings_of
-from ..signals.swaps import treated
-from ..signals.visibility import check_size
 from .again import rejoined
-from .bounds import check_times
+from .bounds import check_image_size, check_times
 from .choose import RANKS, choose_detected, choose_person, listed_people
+from .exchanged import treated
+from .findings import findings_of
 from .join import Files, coverage, part_of, range_note, rows_within
 from .load import Source, load, read_video
 from .settings import RunOptions
@@ -125,7 +124,7 @@ def _joined(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | 
     lead = poses or keypoints
     assert lead is not None
     if keypoints is not None:
-        check_size(keypoints, files.image_size)
+        check_image_size(keypoints, files.image_size)
     strange = _misfit(files, poses, keypoints)
     source = _source(files, poses)
     part = []

@@ -14,7 +14,7 @@ from ..core.errors import InputError
 from ..core.system import give_memory_back
 from ..core.take import SILENT, Take, Told
 from ..plugins.protocols import Stage
-from ..signals.guard import looked_at
+from ..reading.guard import looked_at
 
 
 @dataclass(frozen=True)

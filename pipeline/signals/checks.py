@@ -10,7 +10,6 @@ import numpy as np
 
 from ..core.anthropometry import implied_stature
 from ..core.blocks import blocks
-from ..core.errors import InputError
 from ..core.layouts import H36M17, Layout
 from ..core.limits import limit
 from ..core.messages import how_many
@@ -236,20 +235,6 @@ def _stays(level: PoseSequence) -> bool:
         return False
     low, high = np.percentile(root, limit("nobody-upright.path"), axis=0)
     return bool((high - low).max() < limit("nobody-upright.travels") * implied_stature(level.joints))
-
-
-def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
-    """How many rows there are once every frame from the first to the last has one, or every `step`th. InputError when
-    that many cannot be one recording, before they take any memory."""
-    first, last = (int(number) for number in sequence.frame_index[[0, -1]])
-    rows = (last - first) // step + 1
-    if rows > max(limit("frame-numbers.rows"), 2 * len(sequence)):
-        raise InputError(
-            "times-broken",
-            f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
-            f"{last}; check the frame numbers of the 2D file.",
-        )
-    return rows
 
 
 def movement(poses: PoseSequence) -> np.ndarray:

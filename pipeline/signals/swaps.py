@@ -125,7 +125,7 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     joints = poses.joints.astype(np.float64)
     frames = poses.frame_index / limit("swaps.rate")
     times = frames if poses.time_s is None else poses.time_s.astype(np.float64)
-    ways, layout = _ways(poses.layout), poses.layout
+    ways, layout = ways_of(poses.layout), poses.layout
     # Of a lift of wrong keypoints depth may be as it was.
     axes = 2 if poses.frame.axes == CAMERA.axes else poses.frame.dims
     swaps: list[Swap] = []
@@ -374,7 +374,7 @@ def likeliest(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, pric
 
 def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     """A copy in which the joints of certain swaps are missing; the history lists them."""
-    ways = _ways(poses.layout)
+    ways = ways_of(poses.layout)
     joints = poses.joints.copy()
     certain = [swap for swap in swaps if swap.certain]
     for swap in certain:
@@ -383,7 +383,7 @@ def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     return poses.with_(joints=joints).noted("swaps", masked=as_frames(poses, certain))
 
 
-def _ways(layout: Layout) -> dict[str, Kind]:
+def ways_of(layout: Layout) -> dict[str, Kind]:
     """The ways to be wrong by their names."""
     return {way.name: way for way in (*kinds(layout), *pairs_alone(layout), *limbs_on_one(layout))}
 
@@ -439,53 +439,3 @@ def notices_of(poses: PoseSequence, swaps: Sequence[Swap], what: str, how: Swaps
     if doubtful:
         notices.append(notice("swaps-doubtful", what=what, doubt=described(poses, doubtful)))
     return notices
-
-
-def treated(
-    poses: PoseSequence | None, keypoints: PoseSequence | None, how: Swaps
-) -> tuple[PoseSequence | None, PoseSequence | None, tuple[Notice, ...], tuple[Swap, ...] | None]:
-    """Poses and keypoints of a take after their swaps were told or masked, what to say of it, and what find_swaps finds
-    in the poses that are returned: None where they were changed, and it has to be asked again.
-
-    A lift of exchanged keypoints is wrong in all its joints. So poses that came beside such keypoints are missing in
-    those frames, unless swaps are only told.
-    """
-    notices: list[Notice] = []
-    of_poses = None
-    if keypoints is not None:
-        keypoints, swaps, notices = _treated(keypoints, "keypoints", how)
-        frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
-        if poses is not None and len(frames):
-            wrong = np.isin(poses.frame_index, frames)
-            count, where = int(wrong.sum()), "where those of the keypoints are exchanged"
-            if how == "report":
-                notices.append(notice("swapped-keypoints", wrong=count))
-            else:
-                joints = np.where(wrong[:, None, None], np.nan, poses.joints)
-                poses = poses.with_(joints=joints).noted("swaps", rows_masked=count)
-                notices.append(notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses)))
-    if poses is not None:
-        poses, of_poses, more = _treated(poses, "poses", how)
-        notices += more
-        if how != "report" and any(swap.certain for swap in of_poses):
-            of_poses = None
-    return poses, keypoints, tuple(notices), of_poses
-
-
-def _treated(
-    poses: PoseSequence, what: str, how: Swaps
-) -> tuple[PoseSequence, tuple[Swap, ...], list[Notice]]:
-    """Poses after treatment, the swaps that were found, and what to say, with the frames of those that are left."""
-    swaps, ways = find_swaps(poses), _ways(poses.layout)
-    exchanged = [
-        (ways[swap.kind].limb, *poses.frame_index[[swap.first_row, swap.last_row]].tolist())
-        for swap in swaps
-        if how == "report" or not swap.certain
-    ]
-    notices = [
-        replace(each, values={**each.values, "exchanged": exchanged})
-        for each in notices_of(poses, swaps, what, how)
-    ]
-    if how == "report":
-        return poses.noted("swaps", found=as_frames(poses, swaps)) if swaps else poses, swaps, notices
-    return mask_swaps(poses, swaps) if any(swap.certain for swap in swaps) else poses, swaps, notices

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.errors import InputError
 from ..core.layouts import H36M17, remap
 from ..core.limits import limit
-from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm
 from .filters import stretches
@@ -64,28 +62,6 @@ def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndar
     with np.errstate(invalid="ignore"):
         window_s = limit("unseen.sure-window")
         return _about(np.where(has_score, score, 0.0), times, window_s) / _about(has_score, times, window_s)
-
-
-def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
-    """A warning if many visible keypoints lie far outside an image of that size; None if they do not, or the size is
-    not known. InputError if most do: every pose would be left out as outside the image."""
-    points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
-    if image_size is None or not len(points):
-        return None
-    size, beyond = np.array(image_size), limit("image-size.beyond")
-    share = float(((points < -beyond * size) | (points > (1 + beyond) * size)).any(axis=-1).mean())
-    right, down = np.ceil(points.max(axis=0)).astype(int).tolist()  # of the smallest that has them all
-    width, height = image_size
-    if share > limit("image-size.wrong"):
-        raise InputError(
-            "bad-value",
-            f"Expected the size of the image that the keypoints are of, got {width}x{height}, outside which "
-            f"{100 * share:.0f} % of them lie: give --set read.image_size=WIDTHxHEIGHT, at least {right}x{down}, or "
-            "the video that they were detected in.",
-        )
-    values = {"width": width, "height": height, "right": right, "down": down}
-    doubtful = share > limit("image-size.doubtful")
-    return notice("image-size-doubtful", share_percent=100 * share, **values) if doubtful else None
 
 
 def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:

@@ -12,7 +12,7 @@ from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import walker as built_in
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.signals.findings import depth_factors
+from pcnet3d.pipeline.reading.findings import depth_factors
 from refusals import refused
 
 CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}

@@ -5,9 +5,9 @@ import pytest
 
 from golden.bodies import Person
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.reading.bounds import check_size, check_times
+from pcnet3d.pipeline.reading.bounds import check_image_size, check_size, check_times
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from refusals import refused
@@ -40,6 +40,29 @@ def test_sizes(scale, passes):
         return
     with refused("wrong-axes"):
         check_size(poses, "a file")
+
+
+def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
+    """Feet of a boxer were "not in the image", which was told to be 640 x 360 and was 854 x 480."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform((200, 70), (600, 470), (30, 17, 2))
+    seen = np.full((30, 17), 0.9)
+    keypoints = PoseSequence(points, H36M17, IMAGE, seen)
+    assert check_image_size(keypoints, (640, 360)).code == "image-size-doubtful"
+    assert check_image_size(keypoints, (854, 480)) is None
+    assert check_image_size(keypoints, None) is None
+    hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
+    assert check_image_size(hardly, (640, 360)) is None
+
+
+def test_a_size_that_most_keypoints_exceed_is_refused_with_the_smallest_that_fits():
+    """Every pose was thrown away as out of the image: 320 x 240 was told, which was 854 x 480."""
+    points = np.random.default_rng(0).uniform((200, 70), (599.5, 469.5), (30, 17, 2))
+    points[0, 0] = 599.5, 469.5
+    keypoints = PoseSequence(points, H36M17, IMAGE, np.full((30, 17), 0.9))
+    with refused("bad-value", "320x240", "600x470"):
+        check_image_size(keypoints, (320, 240))
+    check_image_size(keypoints, (600, 470))
 
 
 TOLD = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}

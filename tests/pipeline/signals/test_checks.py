@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
+from pcnet3d.pipeline.reading.guard import repaired
 from pcnet3d.pipeline.signals.checks import bone_spread, chirality, empty_rows
-from pcnet3d.pipeline.signals.guard import repaired
 
 FRAMES = 40
 

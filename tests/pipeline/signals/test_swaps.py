@@ -14,10 +14,11 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.motion import in_doubt
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
+from pcnet3d.pipeline.reading.exchanged import treated
+from pcnet3d.pipeline.reading.findings import swap_findings
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.signals.findings import swap_findings
-from pcnet3d.pipeline.signals.swaps import Swap, find_swaps, kinds, mask_swaps, treated
+from pcnet3d.pipeline.signals.swaps import Swap, find_swaps, kinds, mask_swaps
 
 ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 OPTIONS = [

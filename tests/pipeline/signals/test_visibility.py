@@ -11,12 +11,11 @@ from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
-from pcnet3d.pipeline.signals.visibility import check_size, mean_scores, unseen
+from pcnet3d.pipeline.signals.visibility import mean_scores, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean, not_seen
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
-from refusals import refused
 
 SIZE = (640, 480)
 FRAMES = 90
@@ -150,29 +149,6 @@ def test_feet_that_pile_up_at_the_edge_are_out_from_when_they_left(seed):
 def test_who_only_stands_near_the_edge_is_in_the_image():
     given, size, times, _ = _leaving(np.random.default_rng(0), sinks_px_a_s=0.0)
     assert not unseen(given, size, given.frame_index, times)[0].any()
-
-
-def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
-    """Feet of a boxer were "not in the image", which was told to be 640 x 360 and was 854 x 480."""
-    rng = np.random.default_rng(0)
-    points = rng.uniform((200, 70), (600, 470), (30, 17, 2))
-    seen = np.full((30, 17), 0.9)
-    keypoints = PoseSequence(points, H36M17, IMAGE, seen)
-    assert check_size(keypoints, (640, 360)).code == "image-size-doubtful"
-    assert check_size(keypoints, (854, 480)) is None
-    assert check_size(keypoints, None) is None
-    hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
-    assert check_size(hardly, (640, 360)) is None
-
-
-def test_a_size_that_most_keypoints_exceed_is_refused_with_the_smallest_that_fits():
-    """Every pose was thrown away as out of the image: 320 x 240 was told, which was 854 x 480."""
-    points = np.random.default_rng(0).uniform((200, 70), (599.5, 469.5), (30, 17, 2))
-    points[0, 0] = 599.5, 469.5
-    keypoints = PoseSequence(points, H36M17, IMAGE, np.full((30, 17), 0.9))
-    with refused("bad-value", "320x240", "600x470"):
-        check_size(keypoints, (320, 240))
-    check_size(keypoints, (600, 470))
 
 
 def test_scores_are_means_over_a_quarter_of_a_second_and_of_movenet_only():

@@ -11,8 +11,9 @@ from pcnet3d.models.common.motion import Motion, agrees, in_doubt, left_exchange
 from pcnet3d.models.common.residuals import Residuals, limb_scores
 from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.reading.exchanged import treated
 from pcnet3d.pipeline.signals.angles import ANGLES, EXCHANGED
-from pcnet3d.pipeline.signals.swaps import kinds, treated
+from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.measures.off_keypoints import exchanged
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

@@ -13,8 +13,8 @@ from ..core.limits import limit
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from .altered import alterations, plainly, weighed
-from .checks import (
+from ..signals.altered import alterations, plainly, weighed
+from ..signals.checks import (
     bone_spread,
     chirality,
     empty_rows,
@@ -26,7 +26,7 @@ from .checks import (
     upside_down,
     whole_rows,
 )
-from .swaps import Swap, find_swaps, notices_of, wrong_rows
+from ..signals.swaps import Swap, find_swaps, notices_of, wrong_rows
 
 _ENOUGH = limit("rows.tell")
 

@@ -10,7 +10,7 @@ from ..core.layouts import FEET, LEG
 from ..core.notices import Notice, grave, notice
 from ..core.pose import PoseSequence
 from ..core.take import Check, Handedness, Take
-from .checks import chirality, upside_down
+from ..signals.checks import chirality, upside_down
 from .findings import findings_of
 
 _ASKED = "sides-wrong-as-asked"
