@@ -108,7 +108,8 @@ def _notices(camera: Camera) -> list[Notice]:
     """What of the camera is not as told."""
     if camera.focal_against_px is None:
         return []
-    return [notice("focal-against-lines", focal_px=camera.focal_px, fits=camera.focal_against_px)]
+    by, fits = "the straight lines of the image", camera.focal_against_px
+    return [notice("focal-against-lines", by=by, focal_px=camera.focal_px, fits=fits)]
 
 
 def _motion(background: Background | None, told: Told) -> list[Notice]:

@@ -24,6 +24,11 @@ _LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
 # Of the speed at which feet go back under the body: with less drift the person gets on over the floor, and the drift is
 # the error of the path or the lift.
 _CARRIED = 0.7
+# The share of feet's ways in depth, and how many feet, that tell how far a walk in depth goes; how many times as far
+# as these say is no lift's error. The paths of 19 lifted walks of 10 validation and training people are 1.2 times as
+# far, with a standard deviation of 0.2 and at most 1.45; with 2.2 times their focal lengths 13 of 19 are told. Half of
+# one makes paths no shorter than some are.
+_IN_DEPTH, _FEWEST, _TOO_FAR = 0.7, 3, 1.75
 
 
 def length_values(
@@ -116,24 +121,27 @@ def over_belt(
     if told is not None:
         velocity = -told * ahead
     else:
-        landed = {(step.side, step.stop_s) for step in gait.steps}
-        walked = {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
-        drift = belt_drift(root, ankles, time_s, walked, seams)
+        drift = belt_drift(*standing(root, ankles, time_s, walked_on(gait), seams))
         velocity = np.zeros(2) if drift is None else drift
     return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))
 
 
-def belt_drift(
+def walked_on(gait: Gait) -> dict[str, list[Stance]]:
+    """The stances that steps end with, by side."""
+    landed = {(step.side, step.stop_s) for step in gait.steps}
+    return {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
+
+
+def standing(
     root: np.ndarray,
     ankles: Mapping[str, np.ndarray],
     time_s: np.ndarray,
     feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
-) -> np.ndarray | None:
-    """(2,) the velocity at which feet that stand are carried along, the median of the stances that are seen whole; None
-    where most stay, drifting back by less than 0.7 of how fast they go back under the body, whichever way it walks.
-    Feet that drift ahead are on no belt: their legs were lifted too short. root, ankles: as of `length_values`."""
-    velocities = []  # of a foot that lies flat, and under the body
+) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 2) the velocities at which feet that lie flat are carried along, and (N, 2) go back under the body, of the
+    stances that are seen whole. root, ankles: as of `length_values`."""
+    velocities = []
     for side, of_side in feet.items():
         paths = np.hstack([root + ankles[side], ankles[side]])
         spans = np.reshape([(stance.start_s, stance.stop_s) for stance in of_side], (-1, 2))
@@ -142,9 +150,26 @@ def belt_drift(
         samples = resample(paths, time_s, at_s.ravel(), seams).reshape(-1, 2, 4)
         velocities += [*(samples[:, 1] - samples[:, 0]) / np.diff(at_s)]
     drifts, backs = np.split(np.reshape(velocities, (-1, 4)), 2, axis=1)
-    drifts, backs = (each[np.isfinite(drifts).all(axis=1)] for each in (drifts, backs))
+    whole = np.isfinite(drifts).all(axis=1)
+    return drifts[whole], backs[whole]
+
+
+def belt_drift(drifts: np.ndarray, backs: np.ndarray) -> np.ndarray | None:
+    """(2,) the velocity at which feet that stand are carried along, the median of `standing` ones; None where most
+    stay, drifting back by less than 0.7 of how fast they go back under the body, whichever way it walks. Feet that
+    drift ahead are on no belt: their legs were lifted too short."""
     along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)
     return np.median(drifts, axis=0) if len(along) and np.median(along) > 0 else None
+
+
+def times_too_far(drifts: np.ndarray, backs: np.ndarray, depth: np.ndarray) -> float:
+    """How many times as far as `standing` feet go back under it the pelvis goes along depth (2,), the camera's view
+    over the floor, for such feet stay where they are; 1 within what lifts are off, for few feet, and for a walk that is
+    not mostly in depth."""
+    path, steps = (drifts - backs) @ unit(depth), -backs @ unit(depth)
+    in_depth = np.abs(steps).sum() > _IN_DEPTH * np.linalg.norm(backs, axis=1).sum()
+    times = (path * steps).sum() / (steps**2).sum() if in_depth and len(steps) >= _FEWEST else 1.0
+    return float(times) if times > _TOO_FAR else 1.0
 
 
 def places(

@@ -118,8 +118,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-motion-unknown": ("note", "camera",
         "It is unclear whether the camera moves: the background has too few corners, or each moves in its own way."),
     "focal-against-lines": ("warning", "camera",
-        "You gave a focal length of {focal_px:.0f} pixels, but according to the straight lines of the image it is "
-        "about {fits:.0f}. If the lines are right, place and speed are wrong. Your value is used (--focal)."),
+        "You gave a focal length of {focal_px:.0f} pixels, but according to {by} it is about {fits:.0f}. If they are "
+        "right, place and speed are wrong. Your value is used (--focal)."),
     # Left and right
     "sides-put-right": ("repair", "left and right",
         "Left and right were corrected as asked: {repair}."),

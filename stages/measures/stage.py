@@ -22,7 +22,7 @@ from .jumps import jumping, jumps, landings, without_leaps
 from .movements import MOVEMENTS, count, repeated
 from .off_keypoints import exchanged, off_keypoints
 from .ranges import range_rows, ranges, sides_withheld, symmetry_rows
-from .walking import doubts, walking
+from .walking import doubts, focal_doubts, walking
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Measures:
             *within("jumps", jumps(motion, flown, jumped)),
             *within("off_keypoints", off_keypoints(motion)),
         )
-        notices = exchanged(take, motion) + doubts(motion, gait)
+        notices = exchanged(take, motion) + doubts(motion, gait) + focal_doubts(motion, gait, take.camera)
         on_belt = any(row.name == "belt" for row in rows) and self.belt_speed is None
         once = dict.fromkeys(rows)  # figures may share a reason
         return take.with_(measures=Rows(tuple(once))).saying(*notices, *[notice("on-a-belt")] * on_belt)

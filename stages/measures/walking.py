@@ -24,8 +24,9 @@ from ...models.gait.errors import (
 )
 from ...models.gait.events import Stride, contact_times
 from ...models.gait.gait import Gait, Values, backward_steps, separation, time_values
-from ...models.gait.parameters import length_values, over_belt
+from ...models.gait.parameters import length_values, over_belt, standing, times_too_far, walked_on
 from ...models.gait.take_walks import SIDES, Walk
+from ...pipeline.core.camera import Camera
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Measure, Remark, Row, withheld, within
 from ...pipeline.core.notices import Notice, notice
@@ -191,6 +192,25 @@ def errors_of(source: PoseSequence) -> GaitErrors | None:
     return shipped_errors("lifted") if made_by_the_built_in(source) else None
 
 
+def _over_floor(filtered: PoseSequence) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The pelvis (T, 2) in LEVEL, zeros where its path is not known, and the ankles (T, 2) by side relative to it."""
+    level = filtered.joints.astype(np.float64)
+    ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
+    return np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2], ankles
+
+
+def focal_doubts(motion: Motion, gait: Gait, camera: Camera | None) -> list[Notice]:
+    """That the feet that stand contradict a focal length that the user gives, by which a walk in depth is too long."""
+    if camera is None or camera.focal_source != "told" or camera.focal_against_px is not None:
+        return []
+    if motion.moving_camera or not motion.rectified.level_ok or not made_by_the_built_in(motion.source):
+        return []
+    feet = standing(*_over_floor(motion.filtered), motion.times, walked_on(gait), motion.seams)
+    fits = camera.focal_px / times_too_far(*feet, motion.rectified.R_source_from_level[2, :2])
+    by, told = "the feet that stand", camera.focal_px
+    return [notice("focal-against-lines", by=by, focal_px=told, fits=fits)] if fits < told else []
+
+
 def doubts(motion: Motion, gait: Gait) -> list[Notice]:
     """That the errors of the figures are not known; or that stance or step time lies outside those that they were
     fitted on. Empty where both lie within, and without a walk."""
@@ -335,9 +355,7 @@ def _lengths(motion: Motion, gait: Gait, belt_speed: float | None) -> tuple[Valu
     filtered, rectified = motion.filtered, motion.rectified
     if motion.moving_camera or (filtered.root is None and belt_speed is None):
         return {}, [withheld("camera-moves" if motion.moving_camera else "place-unknown", "lengths")], 0.0
-    level = filtered.joints.astype(np.float64)
-    ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
-    root = np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2]
+    root, ankles = _over_floor(filtered)
     R_level_from_body = transpose(rectified.R_source_from_level) @ rectified.R_source_from_body
     ahead = np.nanmean(-R_level_from_body[:, :2, 0], axis=0)
     ahead = ahead / np.linalg.norm(ahead)

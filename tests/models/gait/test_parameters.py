@@ -8,7 +8,7 @@ import pytest
 from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
 from pcnet3d.models.gait.events import Stance, Step, walks
 from pcnet3d.models.gait.gait import Gait, time_values
-from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt
+from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt, standing, times_too_far
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
 TIME = np.arange(6 * FPS) / FPS
@@ -121,9 +121,19 @@ def test_who_walks_there_and_backwards_again_is_on_no_belt():
         side: [*of, *(Stance(side, end_s - s.stop_s, end_s - s.start_s) for s in of)]
         for side, of in gait.feet.items()
     }
-    assert belt_drift(path + time_s[:, None] * drift, both, time_s, feet) is None
-    found = belt_drift(TIME[:, None] * drift, ankles, TIME, gait.feet)  # on a treadmill
+    assert belt_drift(*standing(path + time_s[:, None] * drift, both, time_s, feet)) is None
+    found = belt_drift(*standing(TIME[:, None] * drift, ankles, TIME, gait.feet))  # on a treadmill
     np.testing.assert_allclose(found, drift - [SPEED, 0], atol=1e-3)
+
+
+def test_a_walk_in_depth_that_goes_farther_than_its_steps_is_too_long():
+    """Speed and lengths of steps by a focal length that was told 2.2 times too long, and not a word."""
+    root, ankles, gait = striding()
+    for times, told in ((0.4, 1), (1.0, 1), (1.4, 1), (2.2, 2.2)):
+        feet = standing(times * root, ankles, TIME, gait.feet)
+        assert times_too_far(*feet, np.array([1.0, 0.2])) == pytest.approx(told, rel=0.05)
+        assert times_too_far(*feet, np.array([0.2, 1.0])) == 1  # across the view
+    assert times_too_far(*np.empty((2, 0, 2)), np.array([1.0, 0.0])) == 1
 
 
 OF_PATH = {"walking_speed", "step_length", "stride_length", "step_width"}
