@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..core.anthropometry import LIMBS, STATURES_M, implied_stature
+from ..core.figures import label_of
 from ..core.layouts import H36M17
 from ..core.limits import limit
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..signals.altered import alterations, plainly, weighed
+from ..signals.altered import alterations, weighed
 from ..signals.checks import (
     bone_spread,
     chirality,
@@ -188,7 +189,7 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     of = spread_of_bones(poses)
     worst = max(of, key=of.__getitem__)
     percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
-    return [notice("bones", weight=weight, worst=" to ".join(map(plainly, worst.split("-"))), **percent)]
+    return [notice("bones", weight=weight, worst=" to ".join(map(label_of, worst.split("-"))), **percent)]
 
 
 def _handedness(poses: PoseSequence) -> list[Notice]:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..core.anthropometry import trunk_length
+from ..core.figures import label_of
 from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
 from ..core.limits import limit
 from ..core.notice_catalogue import Weight
@@ -141,7 +142,7 @@ def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
         rows = np.concatenate([np.arange(*span) for span in spans])
         gone = [name for name in (first, second) if name not in TRUNK_CORNERS and name != "nose"]
         unseen[rows[:, None], points.layout.indices(gone)] = True
-        values = {"first": plainly(first), "second": plainly(second), "count": len(rows)}
+        values = {"first": label_of(first), "second": label_of(second), "count": len(rows)}
         notices.append(notice("joints-coincide", rows=[spans[0][0]], **values))
     return unseen, notices
 
@@ -171,7 +172,7 @@ def _misnamed(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     for pair in sorted((pair for pair in longer if longer[pair] > 0), key=lambda pair: -longer[pair]):
         if misnamed.isdisjoint(pair):
             misnamed |= {*pair}
-            first, second = (plainly(names[joint]) for joint in pair)
+            first, second = (label_of(names[joint]) for joint in pair)
             notices.append(notice("joints-exchanged", first=first, second=second))
     lost = [names[joint] for joint in misnamed if names[joint] not in TRUNK_CORNERS]
     unseen[:, points.layout.indices(lost)] = True
@@ -403,9 +404,4 @@ def _listed(layout: Layout, unseen: np.ndarray) -> str:
     """Joints by how many rows of found (T, J) are theirs, the most first."""
     counts = {name: int(of.sum()) for name, of in zip(layout.joints, unseen.T, strict=True) if of.any()}
     names = sorted(counts, key=lambda name: -counts[name])
-    return ", ".join(map(plainly, names[:3])) + (", ..." if len(names) > 3 else "")
-
-
-def plainly(joint: str) -> str:
-    """A joint's name in a sentence: "right knee"."""
-    return joint.replace("r_", "right ").replace("l_", "left ")
+    return ", ".join(map(label_of, names[:3])) + (", ..." if len(names) > 3 else "")

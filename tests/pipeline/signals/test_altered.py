@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE, Z_UP
-from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.layouts import H36M17, HALPE26
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.signals.altered import alterations, altered, without_altered
 from pcnet3d.pipeline.signals.filters import lowpass
@@ -87,6 +87,14 @@ def test_values_held_where_they_were_are_gaps(joints):
     assert found[100:110, ankle].all()
     assert found.sum() == 10
     assert np.isnan(without_altered(points(held), found).joints[100:110, ankle]).all()
+
+
+def test_joints_are_named_in_words():
+    """Of a toe that was held: "right smalleft toe"."""
+    held, toe = np.random.default_rng(0).normal(300, 20, (60, len(HALPE26), 2)), HALPE26.index("r_small_toe")
+    held[20:30, toe] = held[19, toe]
+    _, (said,) = altered(PoseSequence(held, HALPE26, IMAGE))
+    assert said.values["joints"] == "right small toe"
 
 
 def test_a_foot_that_stands_still_in_a_world_is_no_gap_and_one_held_in_the_air_is():
