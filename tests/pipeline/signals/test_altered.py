@@ -99,10 +99,7 @@ def test_joints_are_named_in_words():
 
 def test_a_foot_that_stands_still_in_a_world_is_no_gap_and_one_held_in_the_air_is():
     """Of generated motion, whose standing foot keeps its place to the digit, 23 frames were "missing"."""
-    world, ankle = (
-        WALK.world + np.random.default_rng(0).normal(0, 1e-4, WALK.world.shape),
-        H36M17.index("l_ankle"),
-    )
+    world, ankle = WALK.world + np.random.default_rng(0).normal(0, 1e-4, WALK.world.shape), at("l_ankle")[0]
     height = world[60:180, ankle, 2]
     stands, swings = 60 + int(height.argmin()), 60 + int(height.argmax())
     locked, held = world.copy(), world.copy()
