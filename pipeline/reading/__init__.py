@@ -1,1 +1,1 @@
-"""From paths to a take: find the adapter, load, check left and right, put on the video's clock."""
+"""From paths to a take: find the adapter, load, judge what is in it, put on the video's clock."""
