@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 from typing import ClassVar
 
 import numpy as np
 
 from ..models.angle_error.joint_noise import made_by_the_built_in
+from ..models.angle_error.posture import folding
 from ..models.gravity.view import known_camera
-from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
+from ..models.place.path import FEWEST_FRAMES, FOLDING_SD, POSTURE_SD, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
@@ -19,11 +21,6 @@ from ..pipeline.core.path import RootPath, moved_covariance
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
-
-# Of the distance, what the lifted body's size errs by from posture to posture: with it the bar of a frame holds 91 to
-# 93 % of the frames of validation people (typical and wild cameras, seeds 0 and 5), without it 82 to 87 %, of the man
-# before four real cameras 90 % and 69 %. The covariance is without it, as gait errors were fitted.
-_POSTURE_SD = 0.012
 
 
 @dataclass(frozen=True)
@@ -109,7 +106,9 @@ def _said(
     the stage `scale` makes metres of lengths later."""
     located = is_finite(path.root)
     own_sd = float(np.median(np.sqrt(np.linalg.eigvalsh(path.own[located])[:, -1])))
-    posture = _POSTURE_SD * float(np.median(np.linalg.norm(path.root[located], axis=1)))
+    posture = POSTURE_SD * float(np.median(np.linalg.norm(path.root[located], axis=1)))
+    body = poses.without_feet.joints
+    folded = implied_stature(body) * float(np.sqrt((folding(body) ** 2 @ np.square(FOLDING_SD)).mean()))
     placed, frames, bridged = int((located & visible).sum()), len(visible), int((located & ~visible).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
@@ -119,7 +118,7 @@ def _said(
         placed=placed,
         frames=frames,
         bridges=bridges,
-        within=half_bar(metres * float(np.hypot(own_sd, posture))),
+        within=half_bar(metres * hypot(own_sd, posture, folded)),
         unit="m" if poses.frame.unit == "m" or stature_m is not None else "units",
         size_percent=half_bar(100 * SCALE_SD),
         depth=f"because of the focal length, the distance from the camera is within {share:g} %"

@@ -20,6 +20,7 @@ FEATURES = ("lean", "low", "arms", "speed")
 _BENT_DEG, _LYING_DEG = 30.0, 60.0  # lean of the trunk
 _OVERHEAD_DEG = 120.0
 LOW, _STANDS = 0.38, 0.47  # statures of the pelvis over the lower ankle: somebody crouches, or stands
+_EXTENDED = 0.44  # statures from the pelvis to the ankle of a leg that stands
 FAST = 0.5  # statures a second; walks have 0.35
 _SPEED_S = 0.1  # to either side, over which a speed is taken
 _USUAL = 0.35  # speed that adds nothing of its own
@@ -32,12 +33,8 @@ def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
     the mean speed of the joints about the pelvis, statures a second. NaN where it is not known. r_arm, l_arm: as arms,
     of either arm."""
     body = body.astype(np.float64)
-
-    def way(start: str, end: str) -> np.ndarray:
-        return body[:, H36M17.index(end)] - body[:, H36M17.index(start)]
-
-    trunk, up = way("pelvis", "thorax"), np.broadcast_to([0.0, 0.0, 1.0], (len(body), 3))
-    arms = {f"{side}_arm": angle_deg(way(f"{side}_shoulder", f"{side}_elbow"), -trunk) for side in "rl"}
+    trunk, up = _way(body, "pelvis", "thorax"), np.broadcast_to([0.0, 0.0, 1.0], (len(body), 3))
+    arms = _arms(body)
     reach = max(round(_SPEED_S / max(float(np.median(np.diff(time_s))), 1e-9)), 1) if len(body) > 1 else 0
     rows = np.arange(len(body))
     first, last = np.maximum(rows - reach, 0), np.minimum(rows + reach, len(rows) - 1)
@@ -50,6 +47,28 @@ def features(body: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
             **arms,
             "speed": moved / (time_s[last] - time_s[first]) / implied_stature(body),
         }
+
+
+def _way(body: np.ndarray, start: str, end: str) -> np.ndarray:
+    return body[:, H36M17.index(end)] - body[:, H36M17.index(start)]
+
+
+def _arms(body: np.ndarray) -> dict[str, np.ndarray]:
+    trunk = _way(body, "pelvis", "thorax")
+    return {
+        f"{side}_arm": angle_deg(_way(body, f"{side}_shoulder", f"{side}_elbow"), -trunk) for side in "rl"
+    }
+
+
+def folding(joints: np.ndarray) -> np.ndarray:
+    """(T, 2) what is known of an unusual posture without up, of joints (T, 17, 3) in any axes, of any unit: how much
+    nearer to the pelvis the nearer ankle is than of somebody who stands, and how far the higher arm is raised; in the
+    units of `growth`, 0 where it is not, or not known."""
+    joints = joints.astype(np.float64)
+    legs = [np.linalg.norm(_way(joints, "pelvis", f"{side}_ankle"), axis=-1) for side in "rl"]
+    beyond = _EXTENDED - np.fmin(*legs) / implied_stature(joints), np.fmax(*_arms(joints).values()) - 90.0
+    units = _UNITS["low"], _UNITS["arms"]
+    return np.fmax(np.nan_to_num(np.stack(beyond, axis=-1) / units), 0.0)
 
 
 def lowness(body: np.ndarray) -> np.ndarray:

@@ -84,18 +84,30 @@ def test_how_well_the_place_is_known_is_said_in_the_unit_that_the_lengths_get(ta
     assert gets_metres["within"] / has_unit["within"] == pytest.approx(grown, rel=0.06)
 
 
+def test_a_frame_of_somebody_who_crouches_is_not_said_to_be_as_well_known(take, monkeypatch):
+    """Half of the frames of people who crouch were within."""
+    within = []
+    for folded in (0.0, 0.5):
+        monkeypatch.setattr(
+            "pcnet3d.stages.place.folding", lambda body, by=folded: np.full((len(body), 2), by)
+        )
+        said = next(one for one in Place()(take).notices if one.code == "placed")
+        within.append(said.values["within"])
+    assert within[1] > 2 * within[0]
+
+
 def test_what_is_said_of_a_frame_holds_for_a_body_whose_size_changes_with_its_posture(take, walk, camera):
     """By the frames' own covariance 47 to 85 % of a man's were inside before four real cameras."""
     size = 1 + 0.015 * np.sqrt(2) * np.sin(2 * np.pi * 0.5 * take.poses.times)  # too little to be levelled
     placed = Place()(take.with_(poses=take.poses.with_(joints=take.poses.joints * size[:, None, None])))
     (said,) = (each.values for each in placed.notices if each.code == "placed")
     truth = SimpleNamespace(subject="walker", joints_camera=camera.points(walk.world))
-    stated = frame_by_frame(placed.poses, truth, np.arange(len(walk)), said["within"])
+    stated = frame_by_frame(placed.poses, truth, np.arange(len(walk)), said["within"], {})
     assert (stated.error <= stated.half).mean() > 0.8
     longer = 1.1 * placed.poses.root * [1, 1, 2.0]  # is said beside
     shrunk = placed.poses.with_(path=replace(placed.poses.path, points=longer))
     np.testing.assert_allclose(
-        frame_by_frame(shrunk, truth, np.arange(len(walk)), 1.0).error, stated.error, atol=1e-6
+        frame_by_frame(shrunk, truth, np.arange(len(walk)), 1.0, {}).error, stated.error, atol=1e-6
     )
 
 

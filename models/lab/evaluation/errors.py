@@ -34,6 +34,7 @@ from .testbed import VIEWS
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
+_FEWEST = 15  # cases that a take counts with in a posture, half a second: of less a person would count as of minutes
 _JOINTS = ("joints in depth", "joints across")
 # In which angles' errors are fitted.
 FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "typical, image")
@@ -46,7 +47,7 @@ ABOUT = (
     " % interval over people; needed: what the bars would have to be multiplied by. bias: mean of found less true; "
     "p50, rms: size of the errors; bar: the median. In degrees where no unit is named. Of strangers: what --fit fits, "
     "each person by bars that were fitted to all the others. Postures: as a run finds them, all configurations "
-    "together; of figures of many frames what a fifth of these reach."
+    "together; of figures of many frames what a fifth of these reach; of frames by takes with half a second."
 )
 
 
@@ -171,12 +172,21 @@ def _short(figure: float) -> float:
 
 
 def by_posture(takes: Sequence[Stated]) -> Iterator[tuple[str, judge.Inside]]:
-    """(name, how many are inside) of all cases, of each of POSTURES, and of slow and of fast motion."""
+    """(name, how many are inside) of all cases, of each of POSTURES, and of slow and of fast motion, by takes that have
+    _FEWEST there, or all of theirs."""
+
+    def of(name: str, least: float, most: float) -> judge.Inside:
+        parts = [take.part((take.known[name] > least) & (take.known[name] <= most)) for take in takes]
+        pairs = zip(parts, takes, strict=True)
+        return judge.inside(
+            [part for part, take in pairs if len(part.error) >= min(_FEWEST, len(take.error))]
+        )
+
     yield "all", judge.inside(takes)
     for place, name in enumerate(POSTURES):
-        yield name, judge.inside([take.part(take.known["posture"] == place) for take in takes])
-    yield "slow", judge.inside([take.part(take.known["speed"] <= FAST) for take in takes])
-    yield "fast", judge.inside([take.part(take.known["speed"] > FAST) for take in takes])
+        yield name, of("posture", place - 0.5, place + 0.5)
+    yield "slow", of("speed", -np.inf, FAST)
+    yield "fast", of("speed", FAST, np.inf)
 
 
 def refitted(cases: Cases, noise: JointNoise) -> JointNoise:

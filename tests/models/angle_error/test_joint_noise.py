@@ -14,7 +14,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns
 from pcnet3d.models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from pcnet3d.models.angle_error.posture import FEATURES, POSTURES, features, growth, posture
+from pcnet3d.models.angle_error.posture import FEATURES, POSTURES, features, folding, growth, posture
 from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, LiftErrors, TakeJoints, take_angles
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.camera import Camera
@@ -163,6 +163,13 @@ def test_postures_are_told_by_what_a_run_knows(body, name):
     grown = growth(of)
     assert grown.shape == (len(TIMES), len(FEATURES))
     assert (grown.max() > 0.1) == (name != "upright")
+
+
+def test_folded_legs_and_raised_arms_are_told_whichever_way_is_up():
+    for body, legs, arms in ((STANDING, 0, 0), (raised(STANDING), 0, 1), (posed(1.2, 0.0), 1, 0)):
+        for leaning in (body, turned(body, 80)):
+            assert ((folding(held(leaning)) > 0.1) == (legs, arms)).all()
+    assert (folding(np.full((2, 17, 3), np.nan)) == 0).all()
 
 
 def test_fast_motion_grows_and_a_walks_does_not():

@@ -92,6 +92,18 @@ def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(exact, rows
     assert np.isnan(shares["crouched"])
 
 
+def test_a_person_who_crouches_for_an_instant_does_not_count_as_one_who_does_for_minutes(exact, rows):
+    take = with_errors(exact.take, 30.0, 33.0)
+    one = next(one for one in angles(take, exact.truth, rows) if one.statement == "knee_flexion")
+    brief = one.part(np.arange(100))
+    brief = replace(brief, known={**brief.known, "posture": np.where(np.arange(100) < 14, 3, 0)})
+    low = replace(one, person="other", known={**one.known, "posture": np.full(len(one.error), 3)})
+    shares = dict(report.by_posture([replace(brief, half=brief.half / 2), low, low.part(np.arange(1))]))
+    assert (shares["crouched"].people, shares["crouched"].inside) == (1, 1.0)
+    assert shares["crouched"].cases == len(low.error) + 1  # all that a take has to say
+    assert shares["upright"].inside == 0
+
+
 def test_whatever_is_stated_is_judged_posture_by_posture(exact, rows, captured_walk):
     """Angles alone were, while joints of people who crouch and places of bent ones held in a half."""
     covariance = np.broadcast_to(0.01 * np.eye(3), (*exact.truth.truth.shape, 3))
