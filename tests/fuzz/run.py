@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 from fuzz.guarded import Outcome, Worker
@@ -40,7 +41,7 @@ def fuzz(
     corpus, place = folder / reader, folder / "file"
     write_seeds(reader, corpus)
     _warm(reader, corpus, worker)
-    found, lap = Findings(reader), lap_s()
+    found, lap = Findings(reader), _lap_s()
     for number in numbers:
         if worker.ended:
             worker.start()
@@ -57,6 +58,11 @@ def fuzz(
             if keep is not None:
                 shutil.copytree(place, keep / f"{reader}-{number}", dirs_exist_ok=True)
     return found
+
+
+@cache
+def _lap_s() -> float:
+    return lap_s()
 
 
 def _warm(reader: str, corpus: Path, worker: Worker) -> None:
