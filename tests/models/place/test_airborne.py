@@ -122,7 +122,7 @@ def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
 
 
 @pytest.mark.parametrize(
-    ("fps", "deep_rad", "high_m"), [(30.0, 0.5, 0.2), (30.0, 0.9, 0.45), (60.0, 0.9, 0.2), (60.0, 0.5, 0.3)]
+    ("fps", "deep_rad", "high_m"), [(30.0, 0.5, 0.2), (30.0, 0.9, 0.45), (60.0, 0.9, 0.3), (60.0, 0.5, 0.45)]
 )
 def test_who_pushes_off_from_the_toes_flies_when_these_leave_the_floor(fps, deep_rad, high_m):
     """From a squat, and when the heels left, somebody who jumped 19 cm seemed to fly up to 28 cm high."""
