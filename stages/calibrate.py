@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -17,7 +17,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
-from ..pipeline.files.video_frames import images_at
+from ..pipeline.files.video_frames import OnePass
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,12 @@ class Calibrate:
         spans = [_span(video, poses) for poses in everybody] or [video.span]
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
-        camera = self._found(told, video, keypoints, span)
-        checked = [take.with_(camera=camera).saying(*_belongs(take)) for take in takes]
+        images = OnePass(video)
+        doubts = [_belongs(take, images) for take in takes]
+        camera = self._found(told, video, keypoints, span, images)
+        checked = [
+            take.with_(camera=camera).saying(*doubt()) for take, doubt in zip(takes, doubts, strict=True)
+        ]
         return [take.saying(*_notices(camera), *_motion(camera.background, told)) for take in checked]
 
     def of_image(self, name: str, image: np.ndarray) -> Take:
@@ -64,39 +68,51 @@ class Calibrate:
             read_camera(self.camera_file, self.camera_name)
 
     def _found(
-        self, told: Told, video: Video, people: Sequence[PoseSequence], span: tuple[int, int]
+        self,
+        told: Told,
+        video: Video,
+        people: Sequence[PoseSequence],
+        span: tuple[int, int],
+        images: OnePass,
     ) -> Camera:
         self.check_told(told)
         intrinsics = None
         if self.camera_file is not None:
             intrinsics = read_camera(self.camera_file, self.camera_name, video.size)
         camera = "static" if told.standing else told.camera
-        return camera_of(video, people, span, told.focal_px, camera, intrinsics)
+        return camera_of(video, people, span, told.focal_px, camera, intrinsics, images)
 
 
-def _belongs(take: Take) -> list[Notice]:
+def _belongs(take: Take, images: OnePass) -> Callable[[], list[Notice]]:
     """Whether keypoints of a file are of this video; nothing of those that were detected in it, now or before."""
     keypoints, video = take.keypoints, take.video
     digests = {each["role"]: each.get("sha256") for each in take.inputs}
     if keypoints is None or video is None or "keypoints" not in digests:
-        return []
+        return list
     if keypoints.detected_in and keypoints.detected_in == digests.get("video"):
-        return []
-    flow = _flow(video, keypoints, _span(video, keypoints), NEAR_LAGS)
-    if flow is None or flow.how == "":  # perhaps of another part of the video
-        first, last = keypoints.frame_index[[0, -1]].tolist()
-        whole = 0, len(video.time_s) - 1
-        part = _flow(video, keypoints, whole, range(first - whole[1], last + 1))
-        flow = part if part is not None and part.how else flow
-    doubt = flow_notice(flow)
-    return [doubt] if doubt else []
+        return list
+    near = _flow(video, keypoints, _span(video, keypoints), NEAR_LAGS, images)
+
+    def doubts() -> list[Notice]:
+        flow = near()
+        if flow is None or flow.how == "":  # perhaps of another part of the video
+            first, last = keypoints.frame_index[[0, -1]].tolist()
+            whole = 0, len(video.time_s) - 1
+            part = _flow(video, keypoints, whole, range(first - whole[1], last + 1), OnePass(video))()
+            flow = part if part is not None and part.how else flow
+        doubt = flow_notice(flow)
+        return [doubt] if doubt else []
+
+    return doubts
 
 
-def _flow(video: Video, keypoints: PoseSequence, span: tuple[int, int], lags: range) -> Flow | None:
-    """How keypoints move beside images of these frames of the video."""
+def _flow(
+    video: Video, keypoints: PoseSequence, span: tuple[int, int], lags: range, images: OnePass
+) -> Callable[[], Flow | None]:
+    """A function that returns how keypoints move beside images of these frames of the video."""
     pairs = pairs_of(*span, video.fps, video.key_frames)
-    images = images_at(video, {frame for pair in pairs for frame in pair}, SIDE)
-    return flow_of(images, pairs, keypoints, video.size[0], lags)
+    grey = images.ask({frame for pair in pairs for frame in pair}, lambda _, image: image, SIDE)
+    return lambda: flow_of(grey(), pairs, keypoints, video.size[0], lags)
 
 
 def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:

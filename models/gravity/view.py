@@ -14,7 +14,7 @@ from ...pipeline.core.intrinsics import Intrinsics, undistorted, undistorted_ima
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Video
-from ...pipeline.files.video_frames import images_at, images_from
+from ...pipeline.files.video_frames import OnePass, images_at, images_from
 from ...pipeline.running.progress import counted
 from .background import Glimpse, Shift, background_of, shift, stands
 from .images import TOLD_SPREAD, Unknown, up_from_images
@@ -44,11 +44,13 @@ def camera_of(
     focal_px: float | None = None,
     camera: Literal["static", "moving"] | None = None,
     intrinsics: Intrinsics | None = None,
+    images: OnePass | None = None,
 ) -> Camera:
     """A video's camera by its images. people: their 2D keypoints, whose boxes are not looked at. span: first and last
     frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. camera: what
     is told of it; otherwise the background says whether it moves, and where that cannot be told it is taken for one
-    that stands still. InputError for a video that cannot be decoded."""
+    that stands still. images: of the video, for others that look at some in the same pass. InputError for a video that
+    cannot be decoded."""
     first, last = span or (0, len(video.time_s) - 1)
     everybody = [people] if isinstance(people, PoseSequence) else list(people or ())
     if intrinsics is not None:
@@ -57,19 +59,17 @@ def camera_of(
     focals = focal_px, video.focal_px
     frames = sorted({*np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2].tolist()})
     boxes = _boxes(everybody, frames)
-    images = {
-        frame: undistorted_image(image, intrinsics) for frame, image in images_at(video, frames).items()
-    }
-    background = (
-        Background("still") if stands(images, boxes) else _background(video, everybody, (first, last))
-    )
+    ask = (images or OnePass(video)).ask
+    looks = ask(frames, lambda _, image: undistorted_image(image, intrinsics))()
+    still = stands(looks, boxes)
+    background = Background("still") if still else _background(video, everybody, (first, last))
     moves = background is not None and background.moves
-    if camera == "moving" or (camera is None and moves) or not images:
+    if camera == "moving" or (camera is None and moves) or not looks:
         frames = list(range(first, last + 1, _EVERY))
         pictures = ((frame, undistorted_image(image, intrinsics)) for frame, image in _every(video, frames))
         view = moving_camera(pictures, video.size, _boxes(everybody, frames), *focals)
     else:
-        view = static_camera(images, boxes, *focals)
+        view = static_camera(looks, boxes, *focals)
     view = replace(view, intrinsics=intrinsics, background=background)
     return replace(view, looks=tuple(_shaken(look, view.shake_rad) for look in view.looks))
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from av import VideoFrame
     from av.container import InputContainer
 
+T = TypeVar("T")
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
 # FFmpeg's names of those that adapters/video.py recognises.
@@ -65,20 +67,71 @@ def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]
 
 
 def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None) -> dict[int, np.ndarray]:
-    """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. grey_side: pixels of
-    the longer side, of images in grey (H, W) that are brought to that size. InputError as for `images_from`."""
-    images: dict[int, np.ndarray] = {}
+    """{frame number: image}, (H, W, 3) uint8 RGB or, with grey_side, (H, W), as `OnePass.ask` shows them. InputError as
+    for `images_from`."""
+    return OnePass(video).ask(frames, lambda _, image: image, grey_side)()
+
+
+class OnePass:
+    """Images of a video for several who look at some of them: what all of them asked for is decoded in one pass, when
+    the first wants to see it, and no image is held for longer than a look. Without a video there is nothing to see."""
+
+    def __init__(self, video: Video | None) -> None:
+        self._video = video
+        self._asked: list[_Asked] = []
+
+    def ask(
+        self, frames: Iterable[int], look: Callable[[int, np.ndarray], T], grey_side: int | None = None
+    ) -> Callable[[], dict[int, T]]:
+        """A function that returns {frame number: what `look` made of number and image}; a frame that is not found is
+        left out. Images are (H, W, 3) uint8 RGB, or with grey_side (H, W) in grey, brought to that many pixels of the
+        longer side. The function raises InputError as `images_from` does."""
+        asked = _Asked(set(frames), look, grey_side)
+        self._asked.append(asked)
+
+        def looked() -> dict[int, T]:
+            if not asked.done:
+                self._look()
+            return asked.answers
+
+        return looked
+
+    def _look(self) -> None:
+        waiting = [asked for asked in self._asked if not asked.done]
+        for asked in waiting:
+            asked.done = True
+        if self._video is None:
+            return
+        for number, frame in _frames_at(self._video, sorted(set().union(*(each.frames for each in waiting)))):
+            for asked in waiting:
+                if number in asked.frames:
+                    image = _upright(frame, self._video.rotation_deg, asked.grey_side)
+                    asked.answers[number] = asked.look(number, image)
+
+
+@dataclass
+class _Asked:
+    """done: in a pass that has begun. answers: of `look`, by frame number."""
+
+    frames: set[int]
+    look: Callable[[int, np.ndarray], Any]
+    grey_side: int | None
+    done: bool = False
+    answers: dict[int, Any] = field(default_factory=dict)
+
+
+def _frames_at(video: Video, frames: Iterable[int]) -> Iterator[tuple[int, VideoFrame]]:
+    """Those of these numbers, ascending, that are found."""
     with _opened(video) as film:
         coming: Iterator[tuple[int, VideoFrame]] | None = None
-        for wanted in sorted(set(frames)):
+        for wanted in frames:
             if coming is None or _has_key(video, film.number, wanted):
                 coming = film.frames_from(wanted)
             for number, frame in coming:
                 if number == wanted:
-                    images[number] = _upright(frame, video.rotation_deg, grey_side)
+                    yield number, frame
                 if number >= wanted:
                     break
-    return images
 
 
 def _has_key(video: Video, passed: int, wanted: int) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from markupsafe import Markup
 
@@ -10,7 +12,7 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
-from ...pipeline.files.video_frames import images_at
+from ...pipeline.files.video_frames import OnePass
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.image_lines import draw_bones
 from ..drawing.page import figure, picture
@@ -26,11 +28,12 @@ _QUALITY = 82  # of JPEG
 _SEEN = {"camera": ((1, 0, 0), (0, -1, 0)), "world": ((0, -1, 0), (0, 0, 1))}
 
 
-def key_figures(take: Take) -> list[Markup]:
-    """A figure for each key frame: the video's image with the 2D keypoints on it, beside the rectified skeleton.
+def key_figures(take: Take, images: OnePass) -> Callable[[], list[Markup]]:
+    """A function that returns a figure for each key frame: the video's image with the 2D keypoints on it, beside the
+    rectified skeleton.
 
-    Where no images of the person are wanted, as without a video, the keypoints alone are drawn, or the skeleton before
-    rectification. Raises InputError when the video cannot be decoded.
+    Without images, the keypoints alone are drawn, or the skeleton before rectification. It raises InputError when the
+    video cannot be decoded.
     """
     body = take.need("rectified").body
     shown = {event.row: event for event in chosen_events(moments_of(take), body.times, FRAMES)}
@@ -38,25 +41,27 @@ def key_figures(take: Take) -> list[Markup]:
     for row in key_rows(body.without_feet.joints, FRAMES):
         if len(shown) < FRAMES and all(abs(body.times[row] - body.times[other]) > apart for other in shown):
             shown[row] = Event(row, "")
-    images: dict[int, np.ndarray] = {}
-    if take.told.images and take.video is not None:
-        images = images_at(take.video, [int(body.frame_index[row]) for row in shown])
-    return [
-        _key_figure(take, body, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)
+
+    def drawn(frame: int, image: np.ndarray) -> bytes:
+        flat, layout = keypoints_at(take, frame)
+        return jpeg(image, flat, layout, None if take.keypoints is None else _found(take, frame))
+
+    pictures = images.ask([int(body.frame_index[row]) for row in shown], drawn)
+    return lambda: [
+        _key_figure(take, body, shown[row], pictures().get(int(body.frame_index[row])))
+        for row in sorted(shown)
     ]
 
 
-def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray | None) -> Markup:
-    """body: the take's poses in BODY."""
+def _key_figure(take: Take, body: PoseSequence, event: Event, shot: bytes | None) -> Markup:
+    """body: the take's poses in BODY. shot: a JPEG of the video's image."""
     row = event.row
     poses = take.need("poses")
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
     rectified = body_views(joints)
     flat, layout = keypoints_at(take, frame)
-    if image is not None:
-        around = None if take.keypoints is None else _found(take, frame)
-        words = f"Frame {frame} of the video with the 2D keypoints"
-        before = picture(jpeg(image, flat, layout, around), words)
+    if shot is not None:
+        before = picture(shot, f"Frame {frame} of the video with the 2D keypoints")
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from markupsafe import Markup
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take, Video
-from ...pipeline.files.video_frames import images_at
+from ...pipeline.files.video_frames import OnePass
 from ..drawing.facts import length_unit
 from ..drawing.page import jpeg_address, player
 from ..drawing.palette import as_hex, side_colour
@@ -30,14 +31,21 @@ _SIZE = 90  # per cent of the frames in which the person is smaller than what th
 _LOWEST = 2  # per cent of the frames in which a foot may be under the floor
 
 
-def skeleton_player(take: Take) -> Markup:
-    """HTML of the skeleton that plays, beside the video's pictures where there are such; nothing of a take that could
-    not be levelled, or of a single frame. Raises InputError when the video cannot be decoded."""
+def skeleton_player(take: Take, images: OnePass) -> Callable[[], Markup]:
+    """A function that returns the HTML of the skeleton that plays, beside the video's pictures where there are such;
+    nothing of a take that could not be levelled, or of a single frame. It raises InputError when the video cannot be
+    decoded."""
     rectified = take.need("rectified")
     level = take.filtered if take.filtered is not None else rectified.level
     shown = np.flatnonzero(is_finite(level.without_feet.joints).any(axis=1))
     if not rectified.level_ok or len(shown) < 2:
-        return Markup("")
+        return Markup
+    film = _film(take, shown, images)
+    return lambda: _player(level, shown, film())
+
+
+def _player(level: PoseSequence, shown: np.ndarray, film: dict[str, list[Any]] | None) -> Markup:
+    """shown: the rows (N,) in which something of the person is."""
     rows = np.arange(shown[0], shown[-1] + 1, -(-(shown[-1] + 1 - shown[0]) // _MOST))
     points, on_floor = _standing(level, rows)
     known_points = points[is_finite(points)]
@@ -61,7 +69,6 @@ def skeleton_player(take: Take) -> Markup:
         "bones": [[*layout.indices(bone), as_hex(side_colour(*bone))] for bone in layout.bones],
         "points": b64encode(whole.tobytes()).decode("ascii"),
     }
-    film = _film(take, shown)
     held |= {"film": film} if film else {}
     squares = f" The squares are {square:g} m wide." if unit == "m" else ""
     caption = (
@@ -73,29 +80,35 @@ def skeleton_player(take: Take) -> Markup:
     return player(held, len(rows), words, caption, "The video at the same moment" if film else "")
 
 
-def _film(take: Take, shown: np.ndarray) -> dict[str, list[Any]] | None:
-    """Seconds and pictures of the person, of one size each, for the rows (N,) from the first to the last that shows
-    one; None of a take without images."""
-    if take.video is None or not take.told.images or take.keypoints is None:
-        return None
+def _film(take: Take, shown: np.ndarray, images: OnePass) -> Callable[[], dict[str, list[Any]] | None]:
+    """A function that returns seconds and pictures of the person, of one size each, for the rows (N,) from the first to
+    the last that shows one; None of a take without images."""
+    if take.video is None or take.keypoints is None:
+        return lambda: None
     poses = take.need("poses")
     frames, times = poses.frame_index[shown], poses.times[shown]
-    wanted = _chosen(take.video, int(frames[0]), int(frames[-1]))
-    at = {frame: keypoints_at(take, frame) for frame in wanted}
+    at = {frame: keypoints_at(take, frame) for frame in _chosen(take.video, int(frames[0]), int(frames[-1]))}
     boxes = {frame: _box(points) for frame, (points, _) in at.items() if is_finite(points).sum() > 1}
-    images = images_at(take.video, wanted)
-    if not boxes or not images:
-        return None
+    if not boxes:
+        return lambda: None
     half = float(np.percentile([side for _, side in boxes.values()], _SIZE)) / 2
     frames_with_box = np.array(sorted(boxes))
     middles = np.stack([boxes[frame][0] for frame in frames_with_box])
-    pictures = []
-    for frame, image in images.items():
+
+    def drawn(frame: int, image: np.ndarray) -> str:
         middle = np.array([np.interp(frame, frames_with_box, middles[:, i]) for i in range(2)])
         around = np.stack([middle - half, middle + half])
         flat, layout = at[frame]
-        pictures.append(jpeg_address(jpeg(image, flat, layout, around=around, side=_SIDE, quality=_QUALITY)))
-    return {"times": np.interp(list(images), frames, times).round(4).tolist(), "pictures": pictures}
+        return jpeg_address(jpeg(image, flat, layout, around=around, side=_SIDE, quality=_QUALITY))
+
+    pictures = images.ask(at, drawn)
+
+    def film() -> dict[str, list[Any]] | None:
+        shot = pictures()
+        seconds = np.interp(list(shot), frames, times).round(4).tolist()
+        return {"times": seconds, "pictures": [*shot.values()]} if shot else None
+
+    return film
 
 
 def _chosen(video: Video, first: int, last: int) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -14,7 +14,7 @@ from ...pipeline.core.measures import Measure
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
-from ...pipeline.files.video_frames import images_at
+from ...pipeline.files.video_frames import OnePass
 from ...pipeline.running.sentences import NINE_IN_TEN, headlines
 from ...pipeline.running.sentences import answer as answered
 from ..drawing.image_lines import WORDS, drawn
@@ -61,17 +61,19 @@ def report(take: Take) -> str:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     measures = take.figures
     give_memory_back()
+    images = OnePass(take.video if take.told.images else None)
+    player, key_frames, lines = skeleton_player(take, images), key_figures(take, images), _lines(take, images)
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
     head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
-    head += skeleton_player(take) + trust(take)
+    head += player() + trust(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
-        ("Key frames", _key_frames(take)),
+        ("Key frames", _key_frames(take, key_frames())),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("Movements", happened(measures, take.poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
-        ("Which way is up", _gravity(take)),
+        ("Which way is up", gravity_words(take) + charts(lines())),
         ("Input and steps", provenance_of(take)),
     ]
     return page(take.title, head, sections, folded=True)
@@ -87,8 +89,7 @@ def _first_notes(take: Take) -> Markup:
     return small(" ".join(notes)) if notes and take.figures else Markup("")
 
 
-def _key_frames(take: Take) -> Markup:
-    figures = key_figures(take)
+def _key_frames(take: Take, figures: list[Markup]) -> Markup:
     upright = "upright" if take.need("rectified").level_ok else "as it came, not levelled"
     chosen = "Moments of events and, between them, frames chosen for their posture. "
     words = chosen * (len(take.need("poses")) > 1) + (
@@ -98,15 +99,14 @@ def _key_frames(take: Take) -> Markup:
     return small(words) + charts(figures) if figures else Markup("")
 
 
-def _gravity(take: Take) -> Markup:
-    return gravity_words(take) + charts(_lines(take))
-
-
-def _lines(take: Take) -> Iterator[Markup]:
-    """The frame whose straight lines were looked at, with them and the horizon."""
-    if take.camera is None or not take.camera.looks or take.video is None or not take.told.images:
-        return
-    look = take.camera.looks[0]
-    for image in images_at(take.video, [look.frame]).values():
-        shown = picture(lines_jpeg(drawn(image, take.camera, look)), f"Straight lines of frame {look.frame}")
-        yield figure([shown], f"The image's lines, frame {look.frame}", WORDS)
+def _lines(take: Take, images: OnePass) -> Callable[[], list[Markup]]:
+    """A function that returns a figure of the frame whose straight lines were looked at, with them and the horizon."""
+    if take.camera is None or not take.camera.looks:
+        return list
+    camera, look = take.camera, take.camera.looks[0]
+    shots = images.ask([look.frame], lambda _, image: lines_jpeg(drawn(image, camera, look)))
+    title = f"The image's lines, frame {look.frame}"
+    return lambda: [
+        figure([picture(shot, f"Straight lines of frame {look.frame}")], title, WORDS)
+        for shot in shots().values()
+    ]

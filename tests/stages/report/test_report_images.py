@@ -13,7 +13,7 @@ from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_from
+from pcnet3d.pipeline.files.video_frames import OnePass, _Film, images_ahead, images_at, images_from
 from pcnet3d.stages.drawing.skeletons import key_rows
 from pcnet3d.stages.report.key_frames import jpeg, keypoints_at
 from pcnet3d.stages.report.stage import report
@@ -34,6 +34,22 @@ def test_damage_is_where_the_last_image_came_from_whichever_is_wanted(film):
         images_at(video, [3, 55])
     assert str(wanted.value) == str(through.value)
     assert 20 <= int(re.search(r"frame (\d+)", str(wanted.value))[1]) < 40
+
+
+def test_who_asks_in_time_looks_in_one_pass(film, monkeypatch):
+    passes, decoded = [], _Film._decoded
+    monkeypatch.setattr(_Film, "_decoded", lambda *asked: passes.append(asked) or decoded(*asked))
+    video = film(frames=30)
+    images = OnePass(video)
+    some = images.ask([3, 20, 3], lambda number, image: (number, image.shape))
+    grey = images.ask([20, 29, 30], lambda _, image: image.shape, grey_side=80)
+    width, height = video.size
+    assert some() == {number: (number, (height, width, 3)) for number in (3, 20)}
+    assert grey() == dict.fromkeys((20, 29), (round(80 * height / width), 80))
+    assert len(passes) == 1
+    assert np.array_equal(images.ask([20], lambda _, image: image)()[20], images_at(video, [20])[20])
+    assert some().keys() == {3, 20}
+    assert OnePass(None).ask([1], lambda _, image: image)() == {}
 
 
 def test_images_decoded_ahead_are_the_same(film):
