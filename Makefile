@@ -20,10 +20,10 @@ demo: .venv/.installed
 	.venv/$(BIN)/pcnet3d demo -o demo-run
 	@echo "here: .venv/$(BIN)/pcnet3d view demo-run, or with --web in a browser"
 
-# One process a core, up to four of 2 GB; a file's tests stay in one, for they share what takes long to make. More
+# How many processes says tests/conftest.py; a file's tests stay in one, for they share what takes long to make. More
 # threads in each would only wait for one another, and in loops that hold a core.
 test: .venv-test/.installed
-	OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive .venv-test/$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile $(TESTS)
+	OMP_NUM_THREADS=1 OMP_WAIT_POLICY=passive .venv-test/$(BIN)/python -m pytest -n auto --dist loadfile $(TESTS)
 
 lint: .venv-test/.installed
 	.venv-test/$(BIN)/ruff check .

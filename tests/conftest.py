@@ -16,6 +16,7 @@ from golden import bodies, walks
 from pcnet3d.examples.walker.camera import Camera, aimed, side_camera
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Take
+from pcnet3d.pipeline.core.system import cores_given
 
 # How long an example takes says more about what else the machine does than about the code.
 settings.register_profile("pcnet3d", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -34,6 +35,12 @@ def pytest_configure() -> None:
         raise pytest.UsageError(
             f"Expected cmu_mocap.npz in PCNET3D_DATA={DATA}; name the data folder, or unset it."
         )
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Of `-n auto`: one more than cores, for tests of commands wait for these; up to four of 2 GB."""
+    return min(cores_given() + 1, 4)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

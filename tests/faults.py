@@ -1,4 +1,4 @@
-"""Whether the tests catch 40 faults, one or two in each part of the package:  python tests/faults.py [WORD...]
+"""Whether the tests catch 37 faults, one or two in each part of the package:  python tests/faults.py [WORD...]
 
 Each fault is put into a copy of the files, the tests named beside it run there, and it counts as caught when one of
 them fails. Exit code 1: a fault was not caught, a test fails without one, or the text to change is gone. With words,
