@@ -74,7 +74,8 @@ def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None)
 
 class OnePass:
     """Images of a video for several who look at some of them: what all of them asked for is decoded in one pass, when
-    the first wants to see it, and no image is held for longer than a look. Without a video there is nothing to see."""
+    the first wants to see it. An image is held only as long as somebody looks at it. Without a video nothing is
+    seen."""
 
     def __init__(self, video: Video | None) -> None:
         self._video = video
@@ -98,20 +99,19 @@ class OnePass:
 
     def _look(self) -> None:
         waiting = [asked for asked in self._asked if not asked.done]
-        for asked in waiting:
-            asked.done = True
-        if self._video is None:
-            return
-        for number, frame in _frames_at(self._video, sorted(set().union(*(each.frames for each in waiting)))):
-            for asked in waiting:
-                if number in asked.frames:
-                    image = _upright(frame, self._video.rotation_deg, asked.grey_side)
+        wanted = sorted(set().union(*(asked.frames for asked in waiting)))
+        if (video := self._video) is not None:
+            for number, frame in _frames_at(video, wanted):
+                for asked in (each for each in waiting if number in each.frames):
+                    image = _upright(frame, video.rotation_deg, asked.grey_side)
                     asked.answers[number] = asked.look(number, image)
+        for asked in waiting:  # not before: who asks again after a failure is to hear of it, too
+            asked.done = True
 
 
 @dataclass
 class _Asked:
-    """done: in a pass that has begun. answers: of `look`, by frame number."""
+    """done: in a pass that came to its end. answers: of `look`, by frame number."""
 
     frames: set[int]
     look: Callable[[int, np.ndarray], Any]

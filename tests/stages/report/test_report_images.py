@@ -33,6 +33,12 @@ def test_damage_is_where_the_last_image_came_from_whichever_is_wanted(film):
     with pytest.raises(InputError) as wanted:
         images_at(video, [3, 55])
     assert str(wanted.value) == str(through.value)
+    images = OnePass(video)
+    for look in [images.ask([number], lambda _, image: image) for number in (55, 3)]:
+        with pytest.raises(
+            InputError, match="cannot be decoded beyond frame"
+        ):  # who asks second is told, too
+            look()
     assert 20 <= int(re.search(r"frame (\d+)", str(wanted.value))[1]) < 40
 
 
