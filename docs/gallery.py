@@ -30,11 +30,9 @@ FIRST_SCREENS = {
     "gallery-walk.jpg": "walk_crop/report.html",
     "gallery-skating.jpg": "skating/report.html",
     "gallery-lifters.jpg": "two_lifters/compare.html",
+    "gallery-movements.jpg": "walker/report.html",
 }
-PARTS = {  # by CSS: the box of how far to trust, and the first folded part, which has the key frames
-    "gallery-trust.jpg": ("walk_crop_blazepose/report.html", ".gauge"),
-    "gallery-movements.jpg": ("walker/report.html", "#part-1"),
-}
+PARTS = {"gallery-trust.jpg": ("walk_crop_blazepose/report.html", ".gauge")}  # by CSS: how far to trust
 
 
 def commands(out: Path, data: Path) -> dict[str, list[str | Path]]:

@@ -103,7 +103,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "joined-again": ("note", "files",
         "Person {person} was out of view and came back as {again}: taken for the same by place, size and look."),
     "hardly-a-person": ("warning", "view",
-        "Person {person} may not be a person: {reason}. Look at the key frames."),
+        "Person {person} may not be a person: {reason}. Look at the pictures of the report."),
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera

@@ -1,5 +1,5 @@
-// Reading off charts: values under the pointer or by the arrow keys, one cursor over all charts of the same axis, and by
-// a click or Enter the nearest key frame. The values are those of the table below each chart.
+// Reading off charts: values under the pointer or by the arrow keys, and one cursor over all charts of the same axis. The
+// values are those of the table below each chart.
 {
   const charts = [...document.querySelectorAll(".chart")].map(box => {
     const svg = box.querySelector("svg"), rows = [...box.querySelectorAll("tbody tr")];
@@ -36,14 +36,6 @@
     return chart.from + share * (chart.to - chart.from);
   };
 
-  const frames = [...document.querySelectorAll("figure[data-time]")];
-  const times = frames.map(frame => parseFloat(frame.dataset.time));
-  const dialog = document.createElement("dialog"), close = document.createElement("button");
-  close.textContent = "Close";
-  close.addEventListener("click", () => dialog.close());
-  document.addEventListener("keydown", event => event.key === "Escape" && dialog.close());
-  document.body.append(dialog);
-
   for (const chart of charts) {
     chart.svg.addEventListener("pointermove", event => point(chart.over, place(chart, event)));
     chart.svg.addEventListener("pointerleave", () => show(chart.over, null));
@@ -55,14 +47,5 @@
       const row = chart.row === null ? 0 : chart.row + step;
       point(chart.over, chart.places[Math.min(Math.max(row, 0), chart.places.length - 1)]);
     });
-    if (!chart.over.startsWith("time") || !frames.length) continue;
-    const lead = wanted => {
-      dialog.replaceChildren(close, frames[nearest(times, wanted)].cloneNode(true));
-      dialog.show();
-    };
-    chart.svg.classList.add("leads");
-    chart.svg.addEventListener("click", event => lead(place(chart, event)));
-    chart.svg.addEventListener("keydown", event =>
-      event.key === "Enter" && chart.row !== null && lead(chart.places[chart.row]));
   }
 }

@@ -205,10 +205,9 @@ def picture(jpeg: bytes, alt: str) -> Markup:
     return kit().picture(jpeg_address(jpeg), alt)
 
 
-def figure(pictures: Sequence[Markup], title: str, caption: str = "", time_s: float | None = None) -> Markup:
-    """One image or chart, or several side by side, between its title and more words. time_s: of a key frame, which a
-    click on a chart of time leads to."""
-    return kit().figure(pictures, title, caption, time_s)
+def figure(picture: Markup, title: str, caption: str = "") -> Markup:
+    """An image or chart between its title and more words."""
+    return kit().figure(picture, title, caption)
 
 
 def player(held: Mapping[str, Any], frames: int, alt: str, caption: str, film: str = "") -> Markup:

@@ -23,7 +23,6 @@ from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
-from ..drawing.skeletons import body_views
 
 _MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's part; small ones are enlarged
 _PALE: Colour = (235, 235, 235)
@@ -194,8 +193,13 @@ def _in_words(value: float, band: float) -> str:
 
 def _views(body: PoseSequence, width: int, height: int) -> dict[str, np.ndarray]:
     """By the name of a view, pixels (T, J, 2) of the body's joints in its part of the panel; all at one scale, in which
-    the whole take's body fits into so many pixels."""
-    views = body_views(body.joints)
+    the whole take's body fits into so many pixels. From the front the person's right is on the left; from the right the
+    face looks right."""
+    back, right, up = np.moveaxis(body.joints, -1, 0)
+    views = {
+        "from the front": np.stack([-right, up], axis=-1),
+        "from the right": np.stack([-back, up], axis=-1),
+    }
     reach = {name: _range(points) for name, points in views.items()}
     scale = 0.9 * min(float(np.min((width, height) / (high - low))) for low, high in reach.values())
     return {

@@ -170,5 +170,5 @@ def cycle_charts(
         about = "; ".join(sentence for _, sentence in parts)
         spread = any(curve.margin is not None for curve in both)
         band = f"; band: nine in ten of them ({SD_90} standard deviations)" if spread else ""
-        figures.append(figure([chart], title, f"Mean ({about}){band}."))
+        figures.append(figure(chart, title, f"Mean ({about}){band}."))
     return charts(figures)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,13 +17,12 @@ from ...pipeline.files.video_frames import OnePass
 from ..drawing.facts import length_unit
 from ..drawing.page import jpeg_address, player
 from ..drawing.palette import as_hex, side_colour
-from .key_frames import jpeg, keypoints_at
+from .pictures import jpeg, keypoints_at
 
 _MOST = 2500  # frames: a third of a megabyte
 _STEPS, _MISSING = 32000, -32768
 _SQUARES = 3.5  # of the floor's grid, as high as the person
-# Pictures of the film, pixels of their longer side, and the quality of JPEG: half a megabyte.
-_PICTURES, _SIDE, _QUALITY = 60, 280, 55
+_PICTURES = 60  # of the film
 _SEEKS = (
     1200  # video frames of a take, from which the film has key frames alone: no others are decoded for it
 )
@@ -33,18 +32,20 @@ _LOWEST = 2  # per cent of the frames in which a foot may be under the floor
 
 def skeleton_player(take: Take, images: OnePass) -> Callable[[], Markup]:
     """A function that returns the HTML of the skeleton that plays, beside the video's pictures where there are such;
-    nothing of a take that could not be levelled, or of a single frame. It raises InputError when the video cannot be
-    decoded."""
+    nothing of a take without a rotation in any frame, or of a single frame. It raises InputError when the video cannot
+    be decoded."""
     rectified = take.need("rectified")
     level = take.filtered if take.filtered is not None else rectified.level
     shown = np.flatnonzero(is_finite(level.without_feet.joints).any(axis=1))
-    if not rectified.level_ok or len(shown) < 2:
+    if len(shown) < 2:
         return Markup
     film = _film(take, shown, images)
-    return lambda: _player(level, shown, film())
+    return lambda: _player(level, rectified.level_ok, shown, film())
 
 
-def _player(level: PoseSequence, shown: np.ndarray, film: dict[str, list[Any]] | None) -> Markup:
+def _player(
+    level: PoseSequence, level_ok: bool, shown: np.ndarray, film: dict[str, list[Any]] | None
+) -> Markup:
     """shown: the rows (N,) in which something of the person is."""
     rows = np.arange(shown[0], shown[-1] + 1, -(-(shown[-1] + 1 - shown[0]) // _MOST))
     points, on_floor = _standing(level, rows)
@@ -71,35 +72,28 @@ def _player(level: PoseSequence, shown: np.ndarray, film: dict[str, list[Any]] |
     }
     held |= {"film": film} if film else {}
     squares = f" The squares are {square:g} m wide." if unit == "m" else ""
+    how = f"turned upright, on the floor.{squares} {on_floor}" if level_ok else "as it came, not levelled."
     caption = (
-        f"{'The video, and beside it the' if film else 'The'} skeleton turned upright, on the floor.{squares} "
-        f"{on_floor} Orange is the person's right, blue the left. Drag to turn it; the slider moves the cursor of "
-        "every chart of time."
+        f"{'The video, and beside it the' if film else 'The'} skeleton {how} Orange is the person's right, blue the "
+        "left. Drag to turn it; the slider moves the cursor of every chart of time."
     )
     words = "The skeleton on its floor; arrow keys turn it, space plays"
     return player(held, len(rows), words, caption, "The video at the same moment" if film else "")
 
 
 def _film(take: Take, shown: np.ndarray, images: OnePass) -> Callable[[], dict[str, list[Any]] | None]:
-    """A function that returns seconds and pictures of the person, of one size each, for the rows (N,) from the first to
-    the last that shows one; None of a take without images."""
-    if take.video is None or take.keypoints is None:
+    """A function that returns seconds and pictures, of one size each, for the rows (N,) from the first to the last that
+    shows something: of the person, or of the whole image where no keypoints tell where that is; None of a take without
+    images."""
+    if take.video is None:
         return lambda: None
     poses = take.need("poses")
     frames, times = poses.frame_index[shown], poses.times[shown]
     at = {frame: keypoints_at(take, frame) for frame in _chosen(take.video, int(frames[0]), int(frames[-1]))}
-    boxes = {frame: _box(points) for frame, (points, _) in at.items() if is_finite(points).sum() > 1}
-    if not boxes:
-        return lambda: None
-    half = float(np.percentile([side for _, side in boxes.values()], _SIZE)) / 2
-    frames_with_box = np.array(sorted(boxes))
-    middles = np.stack([boxes[frame][0] for frame in frames_with_box])
+    around = _around({frame: points for frame, (points, _) in at.items() if is_finite(points).sum() > 1})
 
     def drawn(frame: int, image: np.ndarray) -> str:
-        middle = np.array([np.interp(frame, frames_with_box, middles[:, i]) for i in range(2)])
-        around = np.stack([middle - half, middle + half])
-        flat, layout = at[frame]
-        return jpeg_address(jpeg(image, flat, layout, around=around, side=_SIDE, quality=_QUALITY))
+        return jpeg_address(jpeg(image, *at[frame], around(frame)))
 
     pictures = images.ask(at, drawn)
 
@@ -118,10 +112,22 @@ def _chosen(video: Video, first: int, last: int) -> list[int]:
     return [of[i] for i in np.unique(np.linspace(0, len(of) - 1, _PICTURES).round().astype(int))]
 
 
-def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """The middle (2,) and the longer side of the box about points (J, 2)."""
-    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    return (low + high) / 2, float((high - low).max())
+def _around(keypoints: Mapping[int, np.ndarray]) -> Callable[[int], np.ndarray]:
+    """A function that returns the corners (2, 2) of what the film shows at a video frame, of one size in all, by the
+    keypoints (J, 2) in pixels of some frames; NaN without any."""
+    if not keypoints:
+        return lambda _: np.full((2, 2), np.nan)
+    frames = np.array(sorted(keypoints))
+    lows, highs = (
+        np.stack([end(keypoints[frame], axis=0) for frame in frames]) for end in (np.nanmin, np.nanmax)
+    )
+    half = float(np.percentile((highs - lows).max(axis=1), _SIZE)) / 2
+
+    def corners(frame: int) -> np.ndarray:
+        middle = np.array([np.interp(frame, frames, along) for along in (lows + highs).T / 2])
+        return np.stack([middle - half, middle + half])
+
+    return corners
 
 
 def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:

@@ -20,8 +20,8 @@ from ...pipeline.running.sentences import answer as answered
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import Tile, answer, charts, figure, page, picture, small, tiles
 from .angles import angle_charts, ranges, sides_compared
-from .key_frames import key_figures, lines_jpeg
 from .measures import happened
+from .pictures import lines_jpeg
 from .player import skeleton_player
 from .sections import gravity_words, provenance_of, session_words
 from .trust import trust
@@ -52,24 +52,22 @@ def report(take: Take) -> str:
     charts.
 
     On the first screen what was seen, in words and figures, the video beside the upright skeleton, and how far to trust
-    it; folded, key frames, ranges of motion, movements, angles, and the run's input and steps. What the
-    take lacks (video, angles, measures, ...) is left out; so are the video's images where `take.told.images` is False.
-    Raises InputError without poses, rectified poses or time
-    stamps, or when the video cannot be decoded.
+    it; folded, ranges of motion, movements, angles, and the run's input and steps. What the take lacks (video, angles,
+    measures, ...) is left out; so are the video's images where `take.told.images` is False. Raises InputError without
+    poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     measures = take.figures
     give_memory_back()
     images = OnePass(take.video if take.told.images else None)
-    player, key_frames, lines = skeleton_player(take, images), key_figures(take, images), _lines(take, images)
+    player, lines = skeleton_player(take, images), _lines(take, images)
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
     head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
     head += player() + trust(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
-        ("Key frames", _key_frames(take, key_frames())),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("Movements", happened(measures, take.poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
@@ -89,16 +87,6 @@ def _first_notes(take: Take) -> Markup:
     return small(" ".join(notes)) if notes and take.figures else Markup("")
 
 
-def _key_frames(take: Take, figures: list[Markup]) -> Markup:
-    upright = "upright" if take.need("rectified").level_ok else "as it came, not levelled"
-    chosen = "Moments of events and, between them, frames chosen for their posture. "
-    words = chosen * (len(take.need("poses")) > 1) + (
-        f"Beside each image the same pose is {upright}, seen from the front and from its right side. "
-        "Orange is the person's right, blue the left."
-    )
-    return small(words) + charts(figures) if figures else Markup("")
-
-
 def _lines(take: Take, images: OnePass) -> Callable[[], list[Markup]]:
     """A function that returns a figure of the frame whose straight lines were looked at, with them and the horizon."""
     if take.camera is None or not take.camera.looks:
@@ -107,6 +95,6 @@ def _lines(take: Take, images: OnePass) -> Callable[[], list[Markup]]:
     shots = images.ask([look.frame], lambda _, image: lines_jpeg(drawn(image, camera, look)))
     title = f"The image's lines, frame {look.frame}"
     return lambda: [
-        figure([picture(shot, f"Straight lines of frame {look.frame}")], title, WORDS)
+        figure(picture(shot, f"Straight lines of frame {look.frame}"), title, WORDS)
         for shot in shots().values()
     ]

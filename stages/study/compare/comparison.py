@@ -331,7 +331,7 @@ def _angles(pair: Pair) -> Markup:
                 Curve(pair.side.name, pair.side.angles[name], colour, margin),
             ]
             title = f"{label_of(name).capitalize()} (°)"
-            shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
+            shown.append(figure(over_time(curves, pair.times, f"{title} of both over time"), title))
         rows.append(charts(shown))
     about = (
         f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "

@@ -288,4 +288,4 @@ def _over_time(result: Sensed) -> Markup:
         Curve("sensor", of_sensor, as_hex(GREEN), width=2.4),
         Curve("run", of_run, as_hex(PURPLE)),
     ]
-    return figure([over_time(curves, result.time_s, f"{title} of both over time")], title)
+    return figure(over_time(curves, result.time_s, f"{title} of both over time"), title)

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from html import unescape
 
+import cv2
 import numpy as np
 import pytest
 from markupsafe import Markup
@@ -40,8 +41,9 @@ def test_it_holds_the_joints_of_every_frame_on_their_floor(walk_take):
     ankles = points[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
     assert np.nanpercentile(ankles, 2) == pytest.approx(0, abs=0.15)
     assert len(held["bones"]) >= len(H36M17.bones)
+    assert "turned upright" in played(walk_take)
     tilted = walk_take.with_(rectified=replace(walk_take.rectified, level_ok=False))
-    assert not played(tilted)
+    assert "upright" not in played(tilted)
 
 
 def test_a_gap_is_no_pose(walk_take):
@@ -67,6 +69,15 @@ def test_the_film_has_pictures_of_the_frames_at_their_times(walk_take, film):
     assert "film" not in held_of(played(walk_take))
 
 
+def test_without_keypoints_the_film_is_of_whole_images(walk_take, film):
+    """Of a video and a lifter's poses alone the page had pictures far below, of six frames."""
+    video = film()
+    (shown, *_) = held_of(played(walk_take.with_(video=video, keypoints=None)))["film"]["pictures"]
+    content = base64.b64decode(shown.partition(",")[2])
+    height, width, _ = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR).shape
+    assert height / width == pytest.approx(video.size[1] / video.size[0], abs=0.01)
+
+
 def test_the_film_of_a_long_take_is_of_key_frames_that_need_no_others(film):
     long = replace(film(), key_frames=tuple(range(0, 9000, 250)))
     assert set(_chosen(long, 100, 8900)) <= set(long.key_frames)
@@ -76,7 +87,7 @@ def test_the_film_of_a_long_take_is_of_key_frames_that_need_no_others(film):
 
 def test_the_player_and_the_charts_are_at_one_moment(walk_take, opened):
     times = walk_take.filtered.times
-    drawn = charts([figure([over_time([Curve("a", np.sin(times))], times, "a over time")], "a")])
+    drawn = charts([figure(over_time([Curve("a", np.sin(times))], times, "a over time"), "a")])
     browser = opened(page("walk", Markup(""), [("take", played(walk_take)), ("a", drawn)]))
     middle = len(times) // 2
     browser.value(

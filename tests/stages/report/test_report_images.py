@@ -1,4 +1,4 @@
-"""Key frames: which they are, that they are the right images, and that none is there when none is wanted."""
+"""Pictures of the video: that they are the right images, and that none is there when none is wanted."""
 
 import re
 import threading
@@ -14,8 +14,7 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Ta
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.video_frames import OnePass, _Film, images_ahead, images_at, images_from
-from pcnet3d.stages.drawing.skeletons import key_rows
-from pcnet3d.stages.report.key_frames import jpeg, keypoints_at
+from pcnet3d.stages.report.pictures import jpeg, keypoints_at
 from pcnet3d.stages.report.stage import report
 
 
@@ -116,9 +115,9 @@ def test_points_that_were_not_seen_are_not_drawn():
     assert np.isnan(keypoints_at(Take("t", poses=poses, keypoints=seen), 7)[0]).all()
 
 
-def picture(*asked, **more) -> np.ndarray:
+def picture(*asked) -> np.ndarray:
     """(H, W, 3) the picture that `jpeg` makes, in BGR."""
-    return cv2.imdecode(np.frombuffer(jpeg(*asked, **more), np.uint8), cv2.IMREAD_COLOR)
+    return cv2.imdecode(np.frombuffer(jpeg(*asked), np.uint8), cv2.IMREAD_COLOR)
 
 
 def test_keypoints_are_drawn_where_they_are():
@@ -126,12 +125,12 @@ def test_keypoints_are_drawn_where_they_are():
     image = np.full((200, 300, 3), 128, np.uint8)
     keypoints = np.full((17, 2), np.nan)
     keypoints[H36M17.indices(("r_hip", "r_knee"))] = [[100, 40], [180, 120]]
-    shown = picture(image, keypoints, H36M17).astype(int)
-    assert shown.shape == (360, 360, 3)
+    shown = picture(image, keypoints, H36M17, keypoints).astype(int)
+    assert shown.shape == (280, 280, 3)
     orange = np.argwhere(shown[..., 2] - shown[..., 0] > 90)
     # The square around the leg has its middle at the knee-hip middle and 1.35 times its side.
     side = int(1.35 * 80)
-    ends = (np.array([[100, 40], [180, 120]]) - [140 - side / 2, 80 - side / 2]) * 360 / side
+    ends = (np.array([[100, 40], [180, 120]]) - [140 - side / 2, 80 - side / 2]) * 280 / side
     off = np.abs((orange[:, 1] - ends[0, 0]) - (orange[:, 0] - ends[0, 1])) / np.sqrt(2)
     assert len(orange) > 200
     assert off.max() < 5
@@ -144,39 +143,17 @@ def test_keypoints_are_drawn_where_they_are():
 )
 def test_without_a_person_in_it_the_whole_image_is_shown(points):
     image = np.zeros((90, 160, 3), np.uint8)
-    shown = picture(image, points, H36M17)
-    assert shown.shape[1] == 360
-    assert shown.shape[0] == pytest.approx(360 * 90 / 160, abs=1)
-
-
-def test_key_rows_show_the_movement_and_no_outlier(walk_take):
-    still = np.repeat(walk_take.rectified.body.joints[:1], 120, axis=0)
-    wrist = H36M17.index("r_wrist")
-    still[30:45, wrist, 2] += 0.8  # an arm is up, for a fourth of the second sixth and more
-    still[100] += np.random.default_rng(0).normal(0, 2.0, still[100].shape)  # a failed frame
-    still[60:80] = np.nan
-    rows = key_rows(still)
-    assert len(rows) == 6
-    assert rows == sorted(rows)
-    assert any(30 <= row < 45 for row in rows)
-    assert 100 not in rows
-    assert not [row for row in rows if 60 <= row < 80]
+    shown = picture(image, points, H36M17, points)
+    assert shown.shape[1] == 280
+    assert shown.shape[0] == pytest.approx(280 * 90 / 160, abs=1)
 
 
 def test_no_frames_means_no_image(walk_take, film):
     take = walk_take.with_(video=film())
-    assert report(take).count('src="data:image/jpeg') == 6
+    assert "data:image/jpeg" in report(take)
     without = report(take.telling(images=False))
     assert "data:image/jpeg" not in without
     assert "data:image/png" not in without
-    assert without.count("2D keypoints of frame") == 6
-
-
-def test_a_joint_that_nobody_saw_is_no_part_of_a_posture(recwarn):
-    joints = np.random.default_rng(0).normal(size=(30, 17, 3))
-    joints[:, H36M17.index("r_ankle")] = np.nan
-    assert len(key_rows(joints)) == 6
-    assert not list(recwarn)
 
 
 def test_points_of_which_the_detector_is_unsure_are_not_drawn():
@@ -199,6 +176,6 @@ def test_a_picture_shows_the_whole_person_where_the_detector_is_unsure_of_the_li
     trunk = np.where(np.abs(every - (100, 100)).max(axis=1, keepdims=True) < 30, every, np.nan)
     image = np.zeros((200, 200, 3), np.uint8)
     image[20:24, 40:44] = 255  # beside the highest joint
-    whole, part = (picture(image, trunk, COCO17, around=around) for around in (every, None))
+    whole, part = (picture(image, trunk, COCO17, around) for around in (every, trunk))
     assert whole[:, :90].max() > 200
     assert part[:, :90].max() < 50
