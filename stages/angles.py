@@ -63,7 +63,7 @@ class Angles:
         filtered = take.need("filtered")
         noise = read_noise(self.errors) if self.errors and poses.lifted else errors_of(poses)
         turning = None if noise is None else turns_of(take)
-        series, times = angle_series(poses, rectified, filtered, noise)
+        series, times, speed = angle_series(poses, rectified, filtered, noise)
         basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
         far = far_off(poses, rectified) if noise is not None and rectified.level_ok else None
         if noise is None and poses.lifted and (second := _second(take)) is not None:
@@ -73,7 +73,7 @@ class Angles:
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
         series = without_exchanged(series, in_doubt(take))
-        columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
+        columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise, speed)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
@@ -154,8 +154,9 @@ def _columns(
     seams: tuple[int, ...],
     rates_by_error: bool,
     noise: JointNoise | None,
+    speed: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    rates = angle_rates(series, times, seams, rates_by_error, noise)
+    rates = angle_rates(series, times, seams, rates_by_error, noise, speed)
     columns = {}
     for name, angle in series.items():
         rate, sd = rates.pop(name)

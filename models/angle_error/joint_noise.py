@@ -47,6 +47,7 @@ JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "
 _LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
 _LEAST_SPREAD = 0.02  # of limb lengths, added so that a perfect frame is not believed without end
 _MEAN_OF_STD = float(np.sqrt(2 / np.pi))  # mean size over standard deviation of a Gaussian
+_MODEL_ALONE = (1.0, 0.0, 0.0, 0.0)  # rates of an angle that nothing was fitted to
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)  # mean over root mean square of a direction's error, two dimensions
 
 
@@ -58,7 +59,8 @@ class JointNoise:
     by angle, (found degrees, standard deviations in degrees) of the part that goes with the found angle, their squares
     on straight lines between. postures: by angle, the standard deviations in degrees that one of
     each column of posture.growth adds. rates: by angle, of its angular velocity: a share of what the smoother's model
-    says, one of the rate, and a least one in degrees a second; their squares add. turn: of joints' own places
+    says, one of the rate, a least one in degrees a second, and what one of posture.growth's speed adds; their squares
+    add. turn: of joints' own places
     (joint_covariance.py). lifter: whose poses these are the errors of, as PoseSequence.made_by names it."""
 
     modes: np.ndarray
@@ -68,7 +70,7 @@ class JointNoise:
     tilts: dict[str, float] = field(default_factory=dict)
     more: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
     postures: dict[str, list[float]] = field(default_factory=dict)
-    rates: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    rates: dict[str, tuple[float, float, float, float]] = field(default_factory=dict)
     turn: tuple[float, float, float] = (1.0, 1.0, 0.0)
     lifter: str = ""
 
@@ -90,16 +92,22 @@ class JointNoise:
             square = square + np.interp(found_deg, at, np.square(more))
         return np.sqrt(square)
 
-    def of_model(self, name: str, whole_degps: np.ndarray, rate_degps: np.ndarray) -> np.ndarray:
+    def of_model(
+        self, name: str, whole_degps: np.ndarray, rate_degps: np.ndarray, speed: np.ndarray | float = 0.0
+    ) -> np.ndarray:
         """(T,) the model's part of `of_rate`, before its share."""
-        rest = self.of_rate(name, np.zeros(len(rate_degps)), rate_degps)
-        return np.sqrt(np.maximum(whole_degps**2 - rest**2, 0.0)) / self.rates.get(name, (1.0, 0.0, 0.0))[0]
+        rest = self.of_rate(name, np.zeros(len(rate_degps)), rate_degps, speed)
+        return np.sqrt(np.maximum(whole_degps**2 - rest**2, 0.0)) / self.rates.get(name, _MODEL_ALONE)[0]
 
-    def of_rate(self, name: str, sd_degps: np.ndarray, rate_degps: np.ndarray) -> np.ndarray:
-        """(T,) an angular velocity's standard deviation, of that of the smoother's model sd_degps (T,) and the rate
-        itself (T,): errors are larger in fast motion than any model of even noise says."""
-        share, of_rate, least = self.rates.get(name, (1.0, 0.0, 0.0))
-        return np.sqrt((share * sd_degps) ** 2 + (of_rate * rate_degps) ** 2 + least**2)
+    def of_rate(
+        self, name: str, sd_degps: np.ndarray, rate_degps: np.ndarray, speed: np.ndarray | float = 0.0
+    ) -> np.ndarray:
+        """(T,) an angular velocity's standard deviation, of that of the smoother's model sd_degps (T,), the rate itself
+        (T,) and the body's speed (T,) as posture.growth has it: errors are larger in fast motion than any model of even
+        noise says."""
+        share, of_rate, least, of_speed = self.rates.get(name, _MODEL_ALONE)
+        squares = (share * sd_degps) ** 2 + (of_rate * rate_degps) ** 2 + least**2
+        return np.sqrt(squares + (of_speed * speed) ** 2)
 
     def scale(self, heading_deg: np.ndarray, limbs: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """(T,) multiple of the modes in each frame; an unknown heading error or spread counts as the usual one."""
@@ -146,7 +154,10 @@ def read_noise(path: Path) -> JointNoise:
             tilts=dict(content["tilts"]),
             more={name: (more["found_deg"], more["sd_deg"]) for name, more in content["more"].items()},
             postures={name: list(map(float, each)) for name, each in content["postures"].items()},
-            rates={name: (each[0], each[1], each[2]) for name, each in content["rates"].items()},
+            rates={
+                name: (share, of_rate, least, of_speed)
+                for name, (share, of_rate, least, of_speed) in content["rates"].items()
+            },
             turn=(content["turn"][0], content["turn"][1], content["turn"][2]),
             lifter=str(content["lifter"]),
         )

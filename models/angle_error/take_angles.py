@@ -32,7 +32,7 @@ from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, has_foot_a
 from ..common.spread import stated_spread
 from ..smoother import known_noise
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
-from .posture import arms_of, features, growth
+from .posture import FEATURES, arms_of, features, growth
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
 # Chosen on lifted takes of validation subjects (pcnet3d lab evaluate errors -o DIR).
@@ -166,8 +166,9 @@ def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
 
 def angle_series(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
-) -> tuple[dict[str, AngleSeries], np.ndarray]:
-    """`take_angles` of poses that are rectified, and their times (T,). filtered: rectified's LEVEL through the low-
+) -> tuple[dict[str, AngleSeries], np.ndarray, np.ndarray]:
+    """`take_angles` of poses that are rectified, their times (T,), and the body's speed (T,) as posture.growth has it,
+    0 where no errors are known. filtered: rectified's LEVEL through the low-
     pass; noise: of the lifter that made them, None where it was not measured. InputError for another layout or frame.
     """
     if not poses.layout.is_body:
@@ -185,12 +186,13 @@ def angle_series(
         unseen=poses.confidence == 0,
         layout=poses.layout,
     )
-    errors = None
+    errors, speed = None, np.zeros(len(poses))
     if noise is not None:
         beyond = growth_of(of, poses.times)
+        speed = beyond["arms"][:, FEATURES.index("speed")]
         errors = LiftErrors(rectified.error_deg, rectified.up_error_deg, noise, stated_spread(source), beyond)
     series = take_angles(of, errors)
-    return series, source.times
+    return series, source.times, speed
 
 
 def in_reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
@@ -217,13 +219,14 @@ def angle_rates(
     breaks: Sequence[int] = (),
     by_error: bool = True,
     noise: JointNoise | None = None,
+    speed: np.ndarray | float = 0.0,
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{angle: (rate, standard deviation)}, both (T,) degrees a second, NaN where the angle is.
 
     series: of joints through the low-pass, at time_s (T,). An angle with stated errors goes through the smoother that
     knows them (models/smoother.py), as a process that turns on where it passes the end of its range. breaks:
     rows at which something new begins. by_error: False for derivatives, which is what an angle without stated errors
-    has anyway; their error is unknown. noise: of the lifter, the shipped one's without.
+    has anyway; their error is unknown. noise: of the lifter, the shipped one's without; speed: (T,) of `angle_series`.
     """
     stated = [name for name, angle in series.items() if by_error and np.isfinite(angle.noise_deg).any()]
     rates = {
@@ -244,7 +247,7 @@ def angle_rates(
     sd = np.where(finite, np.sqrt(motion.variance[1, ..., 0]), np.nan)
     noise = shipped_noise() if noise is None else noise
     return rates | {
-        name: (rate[:, i], noise.of_rate(name, sd[:, i], rate[:, i])) for i, name in enumerate(stated)
+        name: (rate[:, i], noise.of_rate(name, sd[:, i], rate[:, i], speed)) for i, name in enumerate(stated)
     }
 
 

@@ -79,10 +79,12 @@ def tables(
     fit: bool = False,
     output: Path | None = None,
     errors: Path | None = None,
+    draws: int = 1,
 ) -> dict[str, Any]:
-    """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, needed, rms, p50, bar}.
-    errors: a file of errors of angles that takes are given; what is fitted begins with these, or the shipped ones.
+    """Everything the report says. part: only these configurations. draws: of cameras and detectors; one tells of a
+    posture that few people take what cameras they happen to get. fit, output: see above; `errors.json` in output holds
+    the rows {statement, configuration, set, cases, people, inside, low, high, needed, rms, p50, bar}. errors: a
+    file of errors of angles that takes are given; what is fitted begins with these, or the shipped ones.
     InputError for a part that there is not, and one that nothing is fitted in."""
     known = asked(question)
     if unknown := [name for name in part or () if name not in known]:
@@ -98,12 +100,18 @@ def tables(
     # Other lifters than the shipped one have errors by a file alone: what is fitted begins with one.
     begun = errors or (NOISE_FILE if fit and method != shipped_noise().lifter else None)
     asked_for = {name: replace(of, errors=begun) for name, of in known.items() if not part or name in part}
-    cases = collected(question, asked_for)
+    cases = collected(question, asked_for, draws)
     rows = [
         row | ({"set": "val"} if known[row["configuration"]].real else {})  # whoever else is judged
         for row in judged(cases, str(question.people))
     ]
-    results: dict[str, Any] = {**question.heading(), "statements": {}, "postures": {}, "strangers": {}}
+    results: dict[str, Any] = {
+        **question.heading(),
+        "draws": draws,
+        "statements": {},
+        "postures": {},
+        "strangers": {},
+    }
     for row in rows:
         bias = judge.mean(cases[row["configuration"]][row["statement"]], lambda take: take.error)
         results["statements"].setdefault(row["statement"], {})[row["configuration"]] = {**row, "bias": bias}
@@ -130,15 +138,17 @@ def tables(
     return results
 
 
-def collected(question: Question, configurations: Mapping[str, Configuration]) -> Cases:
-    """Everything that the question's takes state, in these configurations."""
+def collected(question: Question, configurations: Mapping[str, Configuration], draws: int = 1) -> Cases:
+    """Everything that the question's takes state, in these configurations, by so many seeds from its own on; real
+    takes once."""
     cases: Cases = {}
     for name, configuration in configurations.items():
         by_statement = cases.setdefault(name, {})
-        for take in finished(question, configuration):
-            for stated in statements(take):
-                if len(stated.error):
-                    by_statement.setdefault(stated.statement, []).append(stated)
+        for draw in range(1 if configuration.real else draws):
+            for take in finished(replace(question, seed=question.seed + draw), configuration):
+                for stated in statements(take):
+                    if len(stated.error):
+                        by_statement.setdefault(stated.statement, []).append(stated)
     return cases
 
 
@@ -296,9 +306,9 @@ def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[f
     return round(float(own), 3), round(float(focal), 3), round(float(pitch), 4)
 
 
-def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:
-    share, of_rate, least = np.sqrt(fitted(takes, _of_rate))
-    return round(float(share), 3), round(float(of_rate), 3), round(float(least), 2)
+def _rate(takes: Sequence[Stated]) -> tuple[float, float, float, float]:
+    share, of_rate, least, of_speed = np.sqrt(fitted(takes, _of_rate)).tolist()
+    return round(share, 3), round(of_rate, 3), round(least, 2), round(of_speed, 1)
 
 
 def _of_turn(take: Stated) -> np.ndarray:
@@ -306,8 +316,8 @@ def _of_turn(take: Stated) -> np.ndarray:
 
 
 def _of_rate(take: Stated) -> np.ndarray:
-    model, rate = take.known["model"], take.known["rate"]
-    return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate))], axis=1)
+    model, rate, faster = (take.known[name] for name in ("model", "rate", "faster"))
+    return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate)), faster**2], axis=1)
 
 
 def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:

@@ -61,7 +61,7 @@ REPORTS = {
     "verdicts": Report(".verdicts", _VIRTUAL, runs=True),
     "repetitions": Report(".repetitions", ("lifter", "bed"), {"bed": "typical"}, runs=True),
     "errors": Report(
-        ".errors", ("lifter", "seed", "sets", "because", "part", "fit", "errors"), runs=True
+        ".errors", ("lifter", "seed", "sets", "because", "draws", "part", "fit", "errors"), runs=True
     ),
     "real-take": Report(".real_take", ("lifter",), runs=True),
 }  # fmt: skip
@@ -76,6 +76,7 @@ def evaluate(
     because: Annotated[str | None, Option(help="Why test people are looked at; goes to the ledger.")] = None,
     bed: Annotated[Bed | None, Option(help="Cameras: from everywhere, or as people film.")] = None,
     seed: Annotated[int | None, Option(min=0, help="Random seed.")] = None,
+    draws: Annotated[int | None, Option(min=1, help="errors: so many seeds from --seed on.")] = None,
     part: Annotated[list[str] | None, Option(help="errors: a configuration alone; repeatable.")] = None,
     fit: Annotated[bool | None, Option("--fit", help="errors: fit them to DIR/joint_noise.json.")] = None,
     errors: Annotated[Path | None, Option(help="errors: of angles, as --fit writes them.")] = None,

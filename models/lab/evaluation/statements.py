@@ -27,7 +27,7 @@ from ....pipeline.signals.angles import ANGLES, FINE, MIDLINE, continuous, near,
 from ....pipeline.signals.filters import derivative
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from ...angle_error.posture import FEATURES, arms_of, features, posture
+from ...angle_error.posture import FEATURES, arms_of, features, growth, posture
 from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import TakeJoints, angle_rates, angle_series, smoothed, take_angles
 from ..common.metrics import person_size, scaled
@@ -212,6 +212,7 @@ def angles(
     plain = replace(noise, factors={}, tilts={}, more={}, postures={})
     of = stances(take)
     stands = {name: of[name] for name in (*FEATURES, "posture")}
+    faster = growth(of)[:, FEATURES.index("speed")]
     parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
     R = truth.R_camera_from_body
     true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
@@ -228,8 +229,8 @@ def angles(
         known["arms"] = of[arms_of(name)]
         parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
-        known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate)}
-        known |= {name: of[name] for name in BINS}
+        known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate, faster)}
+        known |= {"faster": faster, **{name: of[name] for name in BINS}}
         of_rate = f"rate of {both}"
         parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
     for sides in parts.values():

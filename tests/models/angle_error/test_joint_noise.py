@@ -44,11 +44,16 @@ def test_the_part_by_the_found_angle_is_added_as_squares_and_lies_on_lines_of_sq
 
 
 def test_the_parts_of_a_rates_error_add_as_squares():
-    noise = replace(PLAIN, rates={KNEE: (2.0, 0.5, 3.0)})
+    noise = replace(PLAIN, rates={KNEE: (2.0, 0.5, 3.0, 12.0)})
     model, rate = np.array([0.0, 2.0, 2.0]), np.array([0.0, 0.0, -24.0])
     stated = noise.of_rate(KNEE, model, rate)
     np.testing.assert_allclose(stated, [3, 5, 13])
     np.testing.assert_allclose(noise.of_model(KNEE, stated, rate), model, atol=1e-6)
+    in_fast_motion = noise.of_rate(KNEE, model, rate, np.array([0.0, 1.0, 0.0]))
+    np.testing.assert_allclose(in_fast_motion, [3, 13, 13])
+    np.testing.assert_allclose(
+        noise.of_model(KNEE, in_fast_motion, rate, np.array([0, 1, 0])), model, atol=1e-6
+    )
     np.testing.assert_array_equal(noise.of_rate("l_knee_flexion", model, rate), model)
 
 
@@ -87,7 +92,7 @@ def test_the_shipped_errors_are_of_the_shipped_lifter():
 def test_a_file_holds_all_of_it(tmp_path):
     noise = replace(
         with_more([0.0, 40.0], [3.0, 5.0]),
-        rates={KNEE: (2.0, 0.5, 3.0)},
+        rates={KNEE: (2.0, 0.5, 3.0, 20.0)},
         lifter="toy@1",
         factors={KNEE: 1.25},
         tilts={KNEE: 0.5},

@@ -10,7 +10,7 @@ from pcnet3d.models.angle_error.take_angles import AngleSeries, angle_rates
 from pcnet3d.pipeline.signals.angles import FINE, MISSING
 
 # As the smoother's model says, nine in ten lie inside with a factor.
-NOISE = replace(shipped_noise(), rates={"r_knee_flexion": (2.8, 0.0, 0.0)})
+NOISE = replace(shipped_noise(), rates={"r_knee_flexion": (2.8, 0.0, 0.0, 0.0)})
 TIME = np.arange(240) / 30
 SWING = 2 * np.pi * 0.5
 

@@ -72,7 +72,7 @@ def test_errors_are_fitted_to_takes_and_judged_with_the_file(clip, tmp_path, mon
     evaluate("errors", tmp_path / "fitted", fit=True, **asked)
     path = tmp_path / "fitted" / "joint_noise.json"
     assert read_noise(path).lifter == load_lifter().method
-    evaluate("errors", tmp_path / "judged", errors=path, **asked)
+    evaluate("errors", tmp_path / "judged", errors=path, draws=2, **asked)
     rows = json.loads((tmp_path / "judged" / "errors.json").read_text())
     (knee,) = [row for row in rows if row["statement"] == "knee_flexion"]
     assert knee["configuration"] == "bodies alone"
