@@ -9,7 +9,6 @@ from ...models.common.residuals import limb_scores
 from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.messages import spans_in_words
-from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.running.sentences import (
     ERRORS_OF_ANGLES,
@@ -21,7 +20,7 @@ from ...pipeline.running.sentences import (
     up_words,
 )
 from ...pipeline.signals.angles import ANGLES
-from ...pipeline.signals.checks import moves, nobody_upright, whole_rows
+from ...pipeline.signals.checks import nobody_upright
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
@@ -55,7 +54,7 @@ def trust(take: Take) -> Markup:
     checks = _poses(take)
     if take.verdict != "unusable":  # what else is known of such poses was never compared with a truth
         told = {text for _, _, texts in checks for text in texts}
-        checks += [_up(take), *_angles(take), _sides(take, told), _view(take)]
+        checks += [_up(take), *_angles(take), *_sides(take, told), _view(take)]
     told = {_WITHHELD, *(text for _, _, texts in checks for text in texts)}
     if others := [each.text for each in take.notices if each.warns and not {each.code, each.text} & told]:
         checks.append(("Also", "care", others))
@@ -87,21 +86,12 @@ def _poses(take: Take) -> list[Check]:
     code = judgement(take)
     if code is None:
         return []
-    poses, texts = take.need("poses"), poses_are(take)[1:]
+    texts = poses_are(take)[1:]
     level: Level = "bad" if code == "unusable" else "good" if code == "good" else "care"
-    if take.verdict == "good":
-        texts.append(_undoubted(poses))
-        if poses.duration_s < _SHOWS_FAULTS_S:
-            level = "care"
-            texts.append("Less than half a second does not show faults that come and go.")
+    if take.verdict == "good" and take.need("poses").duration_s < _SHOWS_FAULTS_S:
+        level = "care"
+        texts.append("Less than half a second does not show faults that come and go.")
     return [(POSES_ARE[code], level, texts)]
-
-
-def _undoubted(poses: PoseSequence) -> str:
-    """A sentence about poses of which no check has doubts."""
-    if whole_rows(poses).sum() < 2:
-        return "No fault was found."
-    return f"The body has steady bones{' and moves as people do' * moves(poses)}."
 
 
 def _up(take: Take) -> Check:
@@ -141,29 +131,25 @@ def _angles(take: Take) -> list[Check]:
     return [("Joint angles", "care" if texts[1:] else "good", [*texts, *basis])]
 
 
-def _sides(take: Take, told: set[str]) -> Check:
-    """told: texts of the poses' check, which are not written a second time."""
+def _sides(take: Take, told: set[str]) -> list[Check]:
+    """What is said of left and right, if anything is. told: texts of the poses' check, which are not written a second
+    time."""
     about_sides = [each for each in take.notices if each.about == "left and right"]
     texts = [each.text for each in about_sides]
     wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
     warned = wrong or any(each.warns for each in about_sides)
     if texts or wrong:
         more = [text for text in texts if text not in told] or ["See the poses."]
-        return "Left and right", "care" if warned else "good", more
-    if len(take.need("poses")) < 2:
-        return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
+        return [("Left and right", "care" if warned else "good", more)]
     limbs = take.figures.group("off_keypoints")
     off = [
-        f"{sentence} from {spans_in_words(spans, _MOST)}"
-        for name, sentence in _LIMBS.items()
+        f"{limb} from {spans_in_words(spans, _MOST)}"
+        for name, limb in _LIMBS.items()
         if (spans := limbs.group(name).spans)
     ]
-    if not off:
-        alone = take.keypoints is None and take.need("poses").frame.family == "camera"
-        hidden = "; without 2D keypoints an exchange that the estimator smoothed is not seen" if alone else ""
-        return "Left and right", "good", [f"No exchanged limbs were found{hidden}."]
-    sentence = "No exchanged limbs were found, but some do not fit their keypoints"
-    return "Left and right", "care", [f"{sentence}: {', '.join(off)}."]
+    return (
+        [("Left and right", "care", [f"Limbs do not fit their keypoints: {', '.join(off)}."])] if off else []
+    )
 
 
 def _view(take: Take) -> Check:
@@ -187,11 +173,7 @@ def _view(take: Take) -> Check:
             f"The detector is unsure of {', '.join(unsure)} of the frames, and may have guessed there; "
             "guessed joints do not count as missing."
         )
-    if texts:
-        return "In view", "care", [*texts, sentence]
-    if level == "good" and take.keypoints is not None:
-        sentence = f"By the detector's scores no limb was out of sight for long. {sentence}"
-    return "In view", level, [sentence]
+    return "In view", "care" if texts else level, [*texts, sentence]
 
 
 def _missing(take: Take, share: float) -> str:

@@ -54,7 +54,7 @@ def test_a_take_without_doubts_is_to_be_trusted(good):
         "Mostly known to within 8° (90 %), depending on the angle, as measured for the built-in lifter."
         in said
     )
-    assert said.count('<dt class="good">') == 5
+    assert said.count('<dt class="good">') == 4  # nothing is denied
 
 
 @pytest.mark.parametrize(
@@ -138,13 +138,11 @@ def gone(take, share: float):
 
 def test_who_is_gone_for_a_while_was_not_seen_throughout(walk_take):
     """With 2D keypoints too, which have no row where nobody was found, and so say nothing there."""
-    whole, seen = known(walk_take, 2.7), "out of sight"
+    whole = known(walk_take, 2.7)
     assert whole.keypoints is not None
-    assert seen in told(whole)
     for take in (gone(whole, 0.4), gone(whole, 0.4).with_(keypoints=None)):
         said = told(take)
         assert level(take) == "care"
-        assert seen not in said
         assert re.search(r"4\d % of the joints are missing, from 0\.00 to", said)
 
 
@@ -167,7 +165,6 @@ def test_a_limb_that_the_detector_is_unsure_of_was_not_seen(good):
     take = good.with_(keypoints=keypoints.with_(made_by=MadeBy("estimated", "movenet@0")))
     assert level(take) == "care"
     assert "The detector is unsure of the left arm in 100 % of the frames" in told(take)
-    assert "out of sight" not in told(take)
 
 
 def test_of_unusable_poses_nothing_else_is_judged(walk_take):
@@ -188,15 +185,7 @@ def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
     assert "Some figures may be off." in doubtful
 
 
-def test_without_keypoints_a_smooth_exchange_is_not_ruled_out(good):
-    """MotionBERT led both arms through each other in a quarter of a second, beside "No exchanged limbs were found"."""
-    assert "No exchanged limbs were found." in told(good)
-    alone = good.with_(keypoints=None)
-    assert "found; without 2D keypoints an exchange that" in told(alone)
-    assert level(alone) == "good"
-
-
-def test_where_limbs_contradict_their_keypoints_no_exchange_is_ruled_out(good):
+def test_where_limbs_contradict_their_keypoints_that_is_said(good):
     """Both legs of a man in profile were drawn exchanged, beside "No exchanged limbs were found"."""
     off = good.with_(measures=rows_of({"off_keypoints": {"r_leg": {"start_s": [3.4], "stop_s": [4.0]}}}))
     assert level(off) == "care"
