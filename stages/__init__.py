@@ -3,11 +3,11 @@
 from typing import TYPE_CHECKING
 
 from ..pipeline.core.faces import lazily
-from .rectify import rectify, rectify_together
+from .rectify import rectify
 
 if TYPE_CHECKING:
     from .study.live.frames import LivePose, live_frames
 
-__all__ = ["LivePose", "live_frames", "rectify", "rectify_together"]
+__all__ = ["LivePose", "live_frames", "rectify"]
 
 __getattr__, __dir__ = lazily(__name__)

@@ -54,7 +54,12 @@ class Rectify:
         return self.together([take])[0]
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
-        """The people of one recording, in one LEVEL (rectify_together)."""
+        """Several people of one recording in one LEVEL. Its -X is the camera's horizontal viewing direction reversed;
+        poses in a world's axes keep that world's axes. One person without others gets a heading of their own.
+
+        A static camera's up is pooled over the people (models/gravity/people.py). With a moving camera each person has
+        their own up in each frame, and all share the heading. InputError for poses in a camera's axes and in a world's.
+        """
         people = [take.need("poses") for take in takes]
         told = replace(takes[0].told, camera="moving") if takes[0].moving else takes[0].told
         levelled = _rectify(people, self.rectifier, told, takes[0].camera)
@@ -99,8 +104,7 @@ def rectify(
     roll_deg: float | None = None,
     view: View | None = None,
 ) -> Rectified:
-    """Turn a skeleton into BODY (upright and facing -X in every frame) and LEVEL (one upright frame for the take). This
-    is `rectify_together` for one person.
+    """Turn a skeleton into BODY (upright and facing -X in every frame) and LEVEL (one upright frame for the take).
 
     poses: an array (T, J, 3) or, of one frame, (J, 3), of numbers of any kind, a torch tensor too; or a PoseSequence of
     H36M17 in the axes of a camera, or of a world frame whose gravity is known: then only the heading is estimated. The
@@ -132,29 +136,6 @@ def rectify(
     for each in grave(all_notices) if check == "refuse" else ():
         warnings.warn(each.text, stacklevel=2)
     return replace(rectified, level=rectified.level.with_(notices=all_notices))
-
-
-def rectify_together(
-    people: Sequence[PoseSequence],
-    rectifier: str | Rectifier = "pcnet",
-    camera: CameraMotion = "static",
-    *,
-    check: Check = "refuse",
-    gravity: tuple[float, float, float] | None = None,
-    pitch_deg: float | None = None,
-    roll_deg: float | None = None,
-    view: View | None = None,
-) -> tuple[Rectified, ...]:
-    """Several people of one recording in one LEVEL. Its -X is the camera's horizontal viewing direction reversed; poses
-    in a world's axes keep that world's axes. A person without others gets their own heading. Arguments and errors are
-    those of rectify.
-
-    A static camera's up is pooled over the people (models/gravity/people.py). With a moving camera each person has
-    their own up in each frame, and all share the heading.
-    """
-    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, check=check)
-    sources = [poses_given(poses, Meaning(), told=told) for poses in people]
-    return tuple(rectified for rectified, _ in _rectify(sources, rectifier, told, view))
 
 
 def _rectify(

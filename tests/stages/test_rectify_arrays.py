@@ -12,7 +12,7 @@ from pcnet3d.adapters import read
 from pcnet3d.models import LiveRectifier
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.layouts import LAYOUTS
-from pcnet3d.stages import rectify, rectify_together
+from pcnet3d.stages import rectify
 from pcnet3d.stages.rectify import Rectify
 from refusals import refused
 
@@ -194,5 +194,3 @@ def test_joints_in_another_order_are_refused(joints):
 def test_poses_say_their_own_axes(joints):
     with refused("option-conflict", "axes"):
         rectify(by_hand(joints).poses, axes="z-up")
-    with refused("sides-swapped"):
-        rectify_together([by_hand(joints).poses, by_hand(MIRRORED * joints).poses], "geometric")

@@ -6,9 +6,17 @@ from scipy.spatial.transform import Rotation
 
 from golden.ups import stated_deg
 from pcnet3d.models.gravity.votes import LEAN_DEG
-from pcnet3d.pipeline import GL_CAMERA, InputError, change_frame, rotate
+from pcnet3d.pipeline import GL_CAMERA, InputError, Take, change_frame, rotate
+from pcnet3d.pipeline.core.pose import Rectified
 from pcnet3d.pipeline.core.rotations import angle_deg
-from pcnet3d.stages import rectify, rectify_together
+from pcnet3d.pipeline.core.take import Told
+from pcnet3d.stages import rectify
+from pcnet3d.stages.rectify import Rectify
+
+
+def rectify_together(people, rectifier: str = "pcnet", **told) -> list[Rectified]:
+    takes = [Take(str(i), poses=poses, told=Told(**told)) for i, poses in enumerate(people)]
+    return [take.need("rectified") for take in Rectify(rectifier).together(takes)]
 
 
 def headings_deg(rectified) -> np.ndarray:
