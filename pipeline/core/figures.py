@@ -186,7 +186,7 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
     ],
     "knee_bends": [  # and arm raises, and repetitions of any angle
         ("count", "count", "", "first", "",
-         "Number in the whole take; a posture that is held for over 3 s is counted separately."),
+         "Number in the whole take; a posture that is held for over 3 s is none."),
         ("squats", "squats", "", "first", "",
          "Knee bends in which the less bent knee reaches 70 degrees, beyond its error (Schoenfeld 2010)."),
         ("peak", "peak", "deg", "first", "angle", "The largest angle; in a knee bend that of the less bent knee."),
@@ -197,8 +197,6 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
          "angle before. Missing if a gap hides its start or end."),
         ("duration", "duration", "s", "page", "repeated",
          "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides either."),
-        ("longest", "longest", "s", "page", "unknown",
-         "For how long the posture is held; start and stop include the movement into it and back."),
         ("start", "start", "moments", "page", "", "When it begins."),
         ("stop", "stop", "moments", "page", "", "When it ends."),
         ("peak_at", "peak at", "moments", "page", "", "When the angle is largest."),

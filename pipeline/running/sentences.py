@@ -158,7 +158,6 @@ def _bent(bends: Measures) -> Iterator[_Movement]:
         some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
         what = f"{_many(count, 'squat' if every else 'knee bend')}{some}"
         yield _counted(count, what, [bends], "peak", " of both knees")
-    yield from _held(bends, "Knees held bent")
 
 
 def _raised(arms: Measures) -> Iterator[_Movement]:
@@ -172,8 +171,6 @@ def _raised(arms: Measures) -> Iterator[_Movement]:
         for side, count in counts.items():
             what = f"{_many(count, 'raise')} of the {side} arm"
             yield _counted(count, what, [sides[side]], "peak")
-    for side, of in sides.items():
-        yield from _held(of, f"{side.capitalize()} arm held up")
 
 
 def _together(right: Measures, left: Measures) -> bool:
@@ -181,16 +178,6 @@ def _together(right: Measures, left: Measures) -> bool:
     that swing to and fro are not raised together."""
     pairs = zip(right.spans, right.times("peak_at"), left.spans, left.times("peak_at"), strict=False)
     return all(abs(at - at_other) <= _AT_ONCE * min(b - a, d - c) for (a, b), at, (c, d), at_other in pairs)
-
-
-def _held(of: Measures, what: str) -> Iterator[_Movement]:
-    holds = of.group("holds")
-    if longest := holds.figure("longest"):
-        count = holds.count()
-        often, most = (f" {count} times", " at most") if count > 1 else ("", "")
-        more = " or more" * longest.at_least
-        sentence = f"{what}{often} for {longest.value:.1f} s{more}{most}."
-        yield _Movement(count, sentence, sentence)
 
 
 def _counted(

@@ -167,9 +167,9 @@ def _span(of: Measures, i: int) -> tuple[float | None, float | None]:
 
 
 def _moving(measures: Measures) -> Iterator[Measures]:
-    """The groups of strides and repetitions, in the order of summary.json; postures that are held are none."""
+    """The groups of strides and repetitions, in the order of summary.json."""
     for name, of in measures.groups.items():
-        if (measures.path or name in _WITH_CYCLES) and name != "holds":
+        if measures.path or name in _WITH_CYCLES:
             yield of
             yield from _moving(of)
 

@@ -1,4 +1,4 @@
-"""Repetitions as rows: how many, from when to when, how high, and postures that are held."""
+"""Repetitions as rows: how many, from when to when and how high."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
             ).reshape(-1, 2)
             for angle in counted.movement.shown:
                 curves += mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
-            group_rows = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
+            group_rows = [observable(counted.observable), *_figures(motion, counted)]
             rows += _inside(counted.movement.name, group_rows, side_of(counted.movement.drivers[0]))
         rows += _inside(place, curves)
     return rows
@@ -116,18 +116,3 @@ def _squats(motion: Motion, counted: Counted) -> Measure:
     bars = SD_90 * np.where(np.isfinite(sd), sd, unstated_deg(motion))
     sure, may = (int((peaks + sign * bars >= SQUAT).sum()) for sign in (-1, 1))
     return Measure("squats", sure, at_least=counted.at_least or may > sure or bool(np.isnan(peaks).any()))
-
-
-def _holds(held: Sequence[Repetition]) -> list[Row]:
-    """Postures that are held: no repetitions of a movement, and in none of its means."""
-    if not held:
-        return []
-    longest = max(hold.held_s for hold in held)
-    cut = any(any(hold.cut) and hold.held_s == longest for hold in held)
-    rows: list[Row] = [
-        Measure("count", len(held)),
-        moments("start", (hold.held[0] for hold in held)),
-        moments("stop", (hold.held[1] for hold in held)),
-        Measure("longest", float(longest), at_least=cut),
-    ]
-    return within("holds", rows)

@@ -51,8 +51,7 @@ class Movement:
     """What is counted. name: of its group in summary.json, joined by dots. drivers: angles, the smallest of which is
     looked at. rise: degrees that it rises and returns by at least. joints: without which it cannot be judged. needs_up:
     whether the person is upright. in_place: whether the feet stay. share: of the largest change in the take, by which
-    it rises at least. up: degrees; an angle that is above all the time is held there, and its rise was not seen. shown:
-    angles over its cycle."""
+    it rises at least. shown: angles over its cycle."""
 
     name: str
     drivers: tuple[str, ...]
@@ -61,7 +60,6 @@ class Movement:
     needs_up: bool = False
     in_place: bool = False
     share: float = 0.0
-    up: float = np.inf
     shown: tuple[str, ...] = ()
 
 
@@ -76,7 +74,7 @@ MOVEMENTS = (
     *(
         Movement(
             f"arm_raises.{words}", (f"{side}_shoulder_elevation",), 50.0, (f"{side}_shoulder", f"{side}_elbow"),
-            needs_up=True, up=100.0,
+            needs_up=True,
             shown=tuple(f"{side}_{part}" for part in ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")),
         )
         for words, side in SIDES.items()
@@ -91,13 +89,12 @@ def repeated(angle: str) -> Movement:
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """What was counted of a movement. events: in order; holds: postures that were held, which are none of these.
-    observable: (T,) in which frames the movement could be judged. at_least: whether there may be more, for an end of
-    the take or a gap cuts one. driver, sd: (T,) the angle and its standard deviation in degrees."""
+    """What was counted of a movement. events: in order. observable: (T,) in which frames the movement could be judged.
+    at_least: whether there may be more, for an end of the take or a gap cuts one. driver, sd: (T,) the angle and its
+    standard deviation in degrees."""
 
     movement: Movement
     events: tuple[Repetition, ...]
-    holds: tuple[Repetition, ...]
     observable: np.ndarray
     at_least: bool
     driver: np.ndarray
@@ -115,16 +112,15 @@ def count(motion: Motion, movement: Movement, busy: Spans = (), ankle: np.ndarra
     feet = _feet(motion) if movement.in_place else []
     candidates = [
         repetition
-        for repetition in repetitions(driver, motion.times, least, motion.seams, movement.up - movement.rise)
-        if (any(repetition.cut) or repetition.rise >= _OWN * movement.rise)
+        for repetition in repetitions(driver, motion.times, least, motion.seams)
+        if not repetition.is_hold
+        and (any(repetition.cut) or repetition.rise >= _OWN * movement.rise)
         and (not movement.needs_up or _upright(motion, repetition))
         and (not movement.in_place or _in_place(motion, repetition, driver, feet, busy, ankle))
     ]
-    holds = tuple(repetition for repetition in candidates if repetition.is_hold)
-    moved = [repetition for repetition in candidates if not repetition.is_hold]
-    events = tuple(repetition for repetition in moved if min(repetition.seen) >= least)
-    at_least = len(events) < len(moved) or any(any(repetition.cut) for repetition in events)
-    return Counted(movement, events, holds, np.isfinite(driver), at_least, driver, sd)
+    events = tuple(repetition for repetition in candidates if min(repetition.seen) >= least)
+    at_least = len(events) < len(candidates) or any(any(repetition.cut) for repetition in events)
+    return Counted(movement, events, np.isfinite(driver), at_least, driver, sd)
 
 
 def _driver(motion: Motion, movement: Movement) -> tuple[np.ndarray, np.ndarray]:

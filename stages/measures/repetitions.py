@@ -75,15 +75,15 @@ class Repetition:
 
 
 def repetitions(
-    x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = (), low: float = np.inf
+    x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = ()
 ) -> list[Repetition]:
     """All rises of x (T,) by `least` or more between its missing rows, in order, also those whose beginning or end is
-    not visible: outside the visible part x counts as low as its lowest value, or `low`. A dip by less than `least` at
-    the top does not end one. Up to a quarter of a repetition, and at most a second, may be missing."""
+    not visible: outside the visible part x counts as low as its lowest value. A dip by less than `least` at the top
+    does not end one. Up to a quarter of a repetition, and at most a second, may be missing."""
     has_value = np.isfinite(x)
     if not has_value.any():
         return []
-    low = min(low, float(x[has_value].min()))
+    low = float(x[has_value].min())
     gaps = [gap for gap in _gaps(x, time_s, seams) if _lasts_s(gap, time_s) <= _BRIDGED_S]
     while True:
         filled = x.copy()

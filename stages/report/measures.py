@@ -44,7 +44,7 @@ def _title(name: str, of: Measures) -> str:
 
 def movement(of: Measures, metric: bool) -> Markup:
     """HTML of the figures of a group: those of the take; of each repetition; both sides beside each other; curves over
-    a cycle; and the groups inside, postures that are held among them."""
+    a cycle; and the groups inside."""
     sides = {side: of.group(side) for side in _SIDES if side in of.groups}
     inner = {name: group for name, group in of.groups.items() if name not in sides}
     return (
@@ -52,17 +52,14 @@ def movement(of: Measures, metric: bool) -> Markup:
         + tiles(_tile(row) for row in _figures(of, metric))
         + _repetitions(of, metric)
         + _beside(sides, metric)
-        + joined(_of_side(side, group, metric) for side, group in sides.items())
+        + joined(
+            heading(side, 4) + shown
+            for side, group in sides.items()
+            if (shown := _repetitions(group, metric))
+        )
         + _curves(of)
         + joined(heading(label_of(name), 4) + movement(group, metric) for name, group in inner.items())
     )
-
-
-def _of_side(side: str, of: Measures, metric: bool) -> Markup:
-    """What is no figure of the whole take."""
-    shown = _repetitions(of, metric)
-    shown += joined(heading(label_of(name), 4) + movement(group, metric) for name, group in of.groups.items())
-    return heading(side, 4) + shown if shown else shown
 
 
 def _remarks(of: Measures) -> Iterator[str]:

@@ -68,7 +68,6 @@ def test_a_walk_with_its_cadence_speed_and_knees():
             "At least 3 squats, peak of both knees 95 to 102° (errors not known).",
         ),
         (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm, peak 80° (error not known)."),
-        (arms({"holds": {"count": 1, "longest_s": 4.0}}, {}), "Right arm held up for 4.0 s."),
         (
             arms(*[{"count": 2, "peak_deg": [150.0, 160.0]}] * 2),
             "2 raises of both arms, peak 150 to 160° (errors not known).",
