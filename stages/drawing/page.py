@@ -144,11 +144,6 @@ def tiles(items: Iterable[Tile]) -> Markup:
     return kit().figures(items) if items else Markup("")
 
 
-def details(summary: str, content: Markup) -> Markup:
-    """What is shown on demand; nothing when there is nothing."""
-    return kit().details(summary, content) if content else Markup("")
-
-
 def bullets(items: Iterable[str]) -> Markup:
     """An HTML list of texts; nothing when there are none."""
     items = list(items)
