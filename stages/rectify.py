@@ -175,7 +175,7 @@ def _rectify(
             levels = [level_static(person, up, look) for person in frames]
         reference, method = CAMERA, chosen.method
     return [
-        (_rectified(source, reference, levelled, method, told), _notices(levelled, source, view))
+        (_rectified(source, reference, levelled, method, told), [*levelled.up.notices])
         for source, levelled in zip(sources, levels, strict=True)
     ]
 
@@ -257,17 +257,6 @@ def _rectified(
 
 def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
-
-
-def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list[Notice]:
-    """What the user is told about the take's up."""
-    notices = [*levelled.up.notices]
-    stands = view is not None and view.background is not None and not view.background.moves
-    # Before a camera that stands it is the person who leans.
-    if (row := levelled.drift_at) is not None and not stands:
-        frame, drift_deg = int(poses.frame_index[row]), float(levelled.drift_deg)
-        notices.append(notice("up-drifts", rows=[row], frame=frame, drift_deg=drift_deg))
-    return notices
 
 
 def _up_of_unusable(rectified: Rectified, verdict: str | None) -> bool:

@@ -22,7 +22,7 @@ from .floor import of_feet
 from .fusion import KNOWN_DEG, fused_up
 from .moving import moving_up
 from .person import PersonFrames, of_frames, smoothed, trust
-from .votes import USUAL_SPREAD, pool
+from .votes import USUAL_SPREAD
 
 # Standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns).
 HEADING_S = 0.07
@@ -33,8 +33,6 @@ STATED_HEADING_DEG, HEADING_POWER = 3.45, 2
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
-_DRIFT_DEG = 12.0  # two parts of a take whose ups differ by more than this, and by three of their errors,
-_DRIFT_ERRORS = 3.0  # were not seen by a camera that stood still
 _FEWEST_FRAMES = 10
 _FROM_IMAGE_DEG = 60.0  # a take's up further from the image's up than this is not believed
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
@@ -49,9 +47,7 @@ class Levelled:
 
     R_camera_from_body: (T, 3, 3), NaN where a frame has no heading. R_camera_from_level: (3, 3), or (T, 3, 3) for a
     moving camera. error_deg: (T,) expected rotation error of BODY. up: the take's, and what it rests on. votes: (T, 3)
-    the frames' own ups. heading: how LEVEL's was chosen, "median", "first second", "camera" or "world". drift_deg: how
-    far the ups of two parts of the take are apart, and drift_at the row where they part, if that is more than their
-    errors explain.
+    the frames' own ups. heading: how LEVEL's was chosen, "median", "first second", "camera" or "world".
     """
 
     R_camera_from_body: np.ndarray
@@ -60,8 +56,6 @@ class Levelled:
     up: TakeUp
     votes: np.ndarray
     heading: str
-    drift_deg: float = float("nan")
-    drift_at: int | None = None
 
     @property
     def up_error_deg(self) -> np.ndarray:
@@ -119,7 +113,6 @@ def level(person: PersonFrames, up: TakeUp) -> Levelled:
     """With an up that is decided, for the take or each frame, and the camera's heading: -X against its viewing
     direction, made horizontal."""
     R = upright(person, np.broadcast_to(up.up, person.votes.shape))
-    drift_deg, drift_at = drift(person) if up.up.ndim == 1 else (float("nan"), None)
     return Levelled(
         R,
         camera_frame(up.up),
@@ -129,8 +122,6 @@ def level(person: PersonFrames, up: TakeUp) -> Levelled:
         up,
         person.votes,
         "camera",
-        drift_deg,
-        drift_at,
     )
 
 
@@ -225,27 +216,6 @@ def level_frame(R_camera_from_body: np.ndarray, up: np.ndarray, time_s: np.ndarr
     angle = centre + np.median(np.angle(heading * np.exp(-1j * centre)))
     back = -(np.cos(angle) * side + np.sin(angle) * np.cross(up, side))
     return from_columns(back, np.cross(up, back), up), how
-
-
-def drift(person: PersonFrames) -> tuple[float, int | None]:
-    """How far apart the ups of two parts of a take are, and the row where the second begins; NaN and None when their
-    own errors, or a change of posture, explain it. The parts are those whose means differ most for their lengths."""
-    votes = person.votes
-    rows = np.flatnonzero(is_finite(votes))
-    count = len(rows)
-    if count < 2 * _FEWEST_FRAMES:
-        return float("nan"), None
-    before = np.arange(1, count)[:, None]
-    sums = np.cumsum(votes[rows], axis=0)
-    means = sums[:-1] / before, (sums[-1] - sums[:-1]) / (count - before)
-    between = np.linalg.norm(means[0] - means[1], axis=-1) * np.sqrt(before * (count - before))[:, 0]
-    middle = _FEWEST_FRAMES + int(np.argmax(between[_FEWEST_FRAMES - 1 : count - _FEWEST_FRAMES]))
-    parts = rows[:middle], rows[middle:]
-    ups = [pool(votes[part], person.error_deg[part], person.time_s[part]) for part in parts]
-    apart = float(angle_deg(ups[0].up, ups[1].up))
-    # The lean of a lifter is shared by both parts; what may differ is the scatter's share.
-    own = np.sqrt(sum(up.scatter_deg**2 / up.effective for up in ups))
-    return (apart, int(parts[1][0])) if apart > max(_DRIFT_DEG, _DRIFT_ERRORS * own) else (float("nan"), None)
 
 
 def heading_error_deg(error_deg: np.ndarray | float, spread: np.ndarray | None = None) -> np.ndarray:

@@ -55,12 +55,10 @@ CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 @dataclass(frozen=True)
 class Votes:
     """A robust mean of directions. up: (3,), unit, NaN without votes. error_deg: expected root mean square angle to
-    the truth. effective: independent votes. scatter_deg: root mean square about the mean."""
+    the truth."""
 
     up: np.ndarray
     error_deg: float
-    effective: float
-    scatter_deg: float
 
 
 def pitch_roll_error_deg(up: np.ndarray, error_deg: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -127,7 +125,7 @@ def pool(
     """
     fine = is_finite(up)
     if not fine.any():
-        return Votes(np.full(3, np.nan), float("nan"), 0.0, float("nan"))
+        return Votes(np.full(3, np.nan), float("nan"))
     votes = unit(up[fine].astype(np.float64))
     expected = expected_deg(error_deg[fine])
     trust = (expected.min() / expected) ** 2
@@ -143,7 +141,7 @@ def pool(
     shared = lean_square(float(np.average(expected**2, weights=trust)), scatter**2, usual)
     outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
     error = float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2)))
-    return Votes(centre, error, effective, scatter)
+    return Votes(centre, error)
 
 
 def robust_mean(votes: np.ndarray, trust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

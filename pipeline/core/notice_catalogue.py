@@ -180,9 +180,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "nobody-upright": ("suspicious", "up",
         "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person "
         "lies or bends down, or the image is turned. In that case turn the video."),
-    "up-drifts": ("warning", "up",
-        "According to the body, up changes by {drift_deg:.0f} degrees at frame {frame}. There is a cut, the camera "
-        "moves (--camera moving), or the person lies or bends down for long."),
     "image-against-bodies": ("warning", "up",
         "The image's lines and the body disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed{so}. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),

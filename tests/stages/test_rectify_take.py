@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
-from pcnet3d.pipeline.core.camera import Background, Look
 from pcnet3d.pipeline.core.camera import Camera as View
+from pcnet3d.pipeline.core.camera import Look
 from pcnet3d.pipeline.core.frames import GL_CAMERA, IMAGE
 from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.notices import notice
@@ -73,7 +73,7 @@ def test_half_of_the_frames_is_enough(joints, camera, rectifier, lost):
 
 
 @pytest.mark.parametrize("rectifier", RECTIFIERS)
-def test_a_cut_half_way_is_said_and_has_a_wide_error(cut, camera, rectifier):
+def test_a_cut_half_way_has_a_wide_error(cut, camera, rectifier):
     joints, other_up = cut
     take = Rectify(rectifier)(Take("t", poses=poses_of(joints)))
     rectified = take.rectified
@@ -81,13 +81,6 @@ def test_a_cut_half_way_is_said_and_has_a_wide_error(cut, camera, rectifier):
     true = np.sqrt(np.mean(angle_deg(up_of(rectified), ups) ** 2))
     assert true > 15
     assert rectified.up_bound_deg[0] > true
-    if rectifier == "pcnet":  # with geometry the squat's lean explains as much
-        (said,) = warnings(take)
-        assert "at frame 120" in said
-        assert "--camera moving" in said
-        view = View((640, 360), 700.0, 1.0, "told", background=Background("still"))
-        stands = Rectify(rectifier)(Take("t", poses=poses_of(joints), camera=view))
-        assert not warnings(stands)  # whose background stands still has no moving camera
 
 
 def test_a_cut_is_followed_by_a_moving_camera_and_parted_by_a_clip_boundary(cut, camera):

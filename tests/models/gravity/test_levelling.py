@@ -147,20 +147,6 @@ def test_a_rectifier_without_an_expected_error_gives_none(seen):
     assert np.isfinite(levelled.up_error_deg).all()
 
 
-@pytest.mark.parametrize("rectifier", ["pcnet", "geometric"])
-def test_a_squat_is_no_cut(seen, rectifier):
-    levelled = level_static(seen.seen(*seen.by(rectifier)))
-    assert levelled.drift_at is None
-    assert np.isnan(levelled.drift_deg)
-
-
-def test_a_slow_drift_is_reported_too():
-    tilting = Filmed(pitch=lambda t: -15 + 5 * t)
-    levelled = tilting.static(noise_about(tilting.R, 3))
-    assert levelled.drift_deg == pytest.approx(20, abs=4)  # between the means of the halves
-    assert 60 < levelled.drift_at < 180
-
-
 def test_a_take_without_a_vote_is_nan_and_not_levelled(seen):
     nothing = np.full_like(seen.R, np.nan)
     for levelled in (seen.static(nothing), seen.moving(nothing)):
