@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.core.take import Take
-from ...pipeline.running.sentences import camera_motion, camera_words, length_of, up_rests_on, up_words
+from ...pipeline.running.sentences import camera_motion, camera_words, length_of
 from ..drawing.page import box, bullets, joined, small, table
 from ..drawing.provenance import provenance
 
@@ -35,14 +35,13 @@ def session_words(take: Take) -> Markup:
 
 
 def gravity_words(take: Take) -> Markup:
-    """How the camera stands and what up rests on."""
+    """How the camera stands, and which way the person faces; what up rests on says the box of trust."""
     rectified = take.need("rectified")
     if rectified.in_world:
-        return small(up_words(take))
+        return Markup("")
     relative = "; front and right are relative to it" if rectified.camera == "moving" else ""
     lines = [
         f"The camera {camera_words(take)}{relative}.",
-        f"{up_words(take)} {up_rests_on(rectified)}".rstrip(),
         _HEADINGS.get(rectified.level_heading, "Front and right are the person's own."),
     ]
     error = rectified.error_deg[rectified.level_ok & np.isfinite(rectified.error_deg)]
