@@ -13,13 +13,12 @@ from .function import FunctionDetector
 from .movenet import MoveNet
 from .protocols import CropNetwork, Detector, Found, PersonNetwork
 from .rtmpose import SimCC
-from .topdown import MOST_LOOKS, Follower, TopDown
+from .topdown import Follower, TopDown
 from .yolox import PersonBoxes
 
 __all__ = ["Detector", "Found", "load_detector"]
 
 _USUAL_PERSONS = "yolox"
-_USUAL_LOOKS = 2  # twice the time, and most of what four gain
 
 
 def load_detector(
@@ -34,13 +33,11 @@ def load_detector(
 
     Files may hold MoveNet, and RTMPose and other SimCC networks, which look at a single person: they follow one through
     the images, or get everybody's box from `person_detector`, a name or the .onnx file of a YOLOX. everybody: get the
-    boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 to 4
-    (topdown.SeveralLooks); None for 2. InputError when there is no such name or file, or it is of another kind.
+    boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 or 2
+    (topdown.TwoLooks); None for 2. InputError when there is no such name or file, or it is of another kind.
     """
-    if looks is not None and not 1 <= looks <= MOST_LOOKS:
-        raise InputError(
-            "bad-value", f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}."
-        )
+    if looks not in (None, 1, 2):
+        raise InputError("bad-value", f"Expected 1 or 2 looks at a person, got --set detect.looks={looks}.")
     if joints is not None and isinstance(detector, str | Path):
         raise InputError("option-conflict", "The detector knows its joints; leave --set detect.joints out.")
     if isinstance(detector, str | Path):
@@ -50,15 +47,14 @@ def load_detector(
         name = f"The function {opened.method}"
     if isinstance(opened, Path):
         joints_of_one = _joints(opened)
-        count = _USUAL_LOOKS if looks is None else looks
         if person_detector is None and not everybody:
-            return Follower(joints_of_one, count)
-        return TopDown(joints_of_one, _persons(person_detector or _USUAL_PERSONS), count)
+            return Follower(joints_of_one, looks != 1)
+        return TopDown(joints_of_one, _persons(person_detector or _USUAL_PERSONS), looks != 1)
     if person_detector is not None:
         raise InputError(
             "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."
         )
-    if looks is not None and looks > 1:
+    if looks == 2:
         raise InputError(
             "option-conflict", f"{name} looks at all people at once; leave --set detect.looks={looks} out."
         )

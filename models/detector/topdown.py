@@ -1,9 +1,9 @@
 """From a network that looks into a part of the image to a detector: one person followed, or everybody in boxes.
 
-A person may be looked at several times, mirrored and a little closer. What a network is off by changes with where the
-joints fall on its grid and with which side is which, so the mean of several looks is off by less, and trembles less
-from frame to frame (docs/video.md). Mirrored looks are the usual "flip test" of 2D pose estimation (e.g. Newell et al.,
-"Stacked Hourglass Networks", ECCV 2016).
+A person may be looked at twice, the second time mirrored and a little closer. What a network is off by changes with
+where the joints fall on its grid and with which side is which, so the mean of both looks is off by less, and trembles
+less from frame to frame (docs/video.md). Mirrored looks are the usual "flip test" of 2D pose estimation (e.g. Newell et
+al., "Stacked Hourglass Networks", ECCV 2016).
 """
 
 from __future__ import annotations
@@ -19,52 +19,43 @@ from .protocols import LOST, CropNetwork, Found, PersonNetwork
 _FOUND = 0.5  # as sure as this of a second look, somebody was found
 _HINT = 0.1  # as sure as this, a first look is worth a second
 _CLOSER = 3  # looks more, each closer than the one before
-# The crop's size as a share of what the network asks for, and whether it is mirrored: the first look, the second ...
-_LOOKS = ((1.0, False), (0.88, True), (1.0, True), (0.88, False))
-MOST_LOOKS = len(_LOOKS)
+_SECOND = 0.88  # the crop's size at the second look, as a share of what the network asks for
 _SAME = 0.06  # of the person's size: answers nearer to each other than this mean the same point
 
 
-class SeveralLooks:
-    """CropNetwork whose every look is `count` looks of another one, 2 to MOST_LOOKS.
+class TwoLooks:
+    """CropNetwork whose every look is two of another one. Of a joint on which both agree the answer is their mean by
+    their scores, of others that of the surer look."""
 
-    Of each joint the answer that most others agree with counts, and with it those that do: their mean by their scores.
-    """
-
-    def __init__(self, network: CropNetwork, count: int) -> None:
-        self._network, self._further = network, _LOOKS[1:count]
+    def __init__(self, network: CropNetwork) -> None:
+        self._network = network
         self.aspect, self.room = network.aspect, network.room
         self.layout: Layout = network.layout
-        self.method = f"{network.method}, {count} looks"
+        self.method = f"{network.method}, 2 looks"
 
     def look(self, image: np.ndarray, crop: Crop) -> Found:
         """As CropNetwork says."""
         first = self._network.look(image, crop)
         if first.sure < LOST:
-            return first  # nor will further looks see anybody
-        further = (self._again(image, crop, *how) for how in self._further)
-        xy, score = (np.stack(parts) for parts in zip((first.xy, first.score), *further, strict=True))
+            return first  # nor will another look see anybody
+        again_xy, again_score = self._mirrored(image, crop)
+        xy, score = np.stack([first.xy, again_xy]), np.stack([first.score, again_score])
         size = np.ptp(first.box.reshape(2, 2), axis=0).max()
-        near = np.linalg.norm(xy[:, None] - xy[None], axis=-1) <= _SAME * size  # (looks, looks, J)
-        chosen = (near * score).sum(axis=1).argmax(axis=0)  # (J,) a row of looks; of equals the earlier look
-        agree = np.take_along_axis(near, chosen[None, None], axis=0)[0]  # (looks, J)
-        weights = agree * np.maximum(score, 1e-6)
+        near = np.linalg.norm(xy[0] - xy[1], axis=-1) <= _SAME * size
+        surer = np.array([score[0] >= score[1], score[0] < score[1]])
+        counts = np.where(near, True, surer)  # (looks, J)
+        weights = counts * np.maximum(score, 1e-6)
         mean = (weights[..., None] * xy).sum(axis=0) / weights.sum(axis=0)[:, None]
-        return Found(mean, (agree * score).sum(axis=0) / agree.sum(axis=0), first.box, first.sure)
+        return Found(mean, (counts * score).sum(axis=0) / counts.sum(axis=0), first.box, first.sure)
 
     def next_crop(self, person: Found) -> Crop:
         """As CropNetwork says."""
         return self._network.next_crop(person)
 
-    def _again(
-        self, image: np.ndarray, crop: Crop, size: float, mirrored: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(J, 2) joints and (J,) scores of a look at a part of that size about the same middle."""
+    def _mirrored(self, image: np.ndarray, crop: Crop) -> tuple[np.ndarray, np.ndarray]:
+        """(J, 2) joints and (J,) scores of a look at a smaller part about the same middle of the mirrored image."""
         centre = np.array([crop.left + crop.width / 2, crop.top + crop.height / 2])
-        part = around(centre, size * crop.width, size * crop.height)
-        if not mirrored:
-            person = self._network.look(image, part)
-            return person.xy, person.score
+        part = around(centre, _SECOND * crop.width, _SECOND * crop.height)
         width, other = image.shape[1], self.layout.mirror
         mirrored_part = Crop(width - part.left - part.width, part.top, part.width, part.height)
         person = self._network.look(image[:, ::-1], mirrored_part)
@@ -78,9 +69,9 @@ class Follower:
     searched as well, with one look each. Whoever is found has to be seen as surely by a look more.
     """
 
-    def __init__(self, network: CropNetwork, looks: int = 1) -> None:
-        """looks: at the person, once it is found."""
-        self._one, self._network = network, SeveralLooks(network, looks) if looks > 1 else network
+    def __init__(self, network: CropNetwork, twice: bool = False) -> None:
+        """twice: whether a person who was found is looked at twice."""
+        self._one, self._network = network, TwoLooks(network) if twice else network
         self.method = self._network.method
         self.layout: Layout = network.layout
 
@@ -118,9 +109,9 @@ class Follower:
 class TopDown:
     """Detector of everybody whom a network of people finds."""
 
-    def __init__(self, network: CropNetwork, persons: PersonNetwork, looks: int = 1) -> None:
-        """looks: at every person."""
-        self._network = SeveralLooks(network, looks) if looks > 1 else network
+    def __init__(self, network: CropNetwork, persons: PersonNetwork, twice: bool = False) -> None:
+        """twice: whether every person is looked at twice."""
+        self._network = TwoLooks(network) if twice else network
         self._persons = persons
         self.method = f"{self._network.method}+{persons.method}"
         self.layout: Layout = network.layout
