@@ -28,7 +28,7 @@ from ...pipeline.running.progress import counted
 from ..rectifier.load import load_rectifier
 from .common.metrics import OfTake
 from .evaluation.evaluate import note_look, publish, refuse_unexplained
-from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
+from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .evaluation.runs import EVALUATION_SETS, Sets
 from .mocap.clips import data_set, read_clips
 from .synthetic.views import CAMERA_FROM_SOURCE
@@ -70,8 +70,8 @@ def authors(
         shipped = [load_rectifier(name) for name in ("geometric", "pcnet", "paper")]
         for label, takes in judged.items():
             own, back = judge_net(net, takes)
-            rows[label] = {rectifier.method: row(judge(rectifier, takes)) for rectifier in shipped}
-            rows[label] |= {"authors, R x + residual": row(own), "authors, R^T x": row(back)}
+            rows[label] = {rectifier.method: summary(judge(rectifier, takes)) for rectifier in shipped}
+            rows[label] |= {"authors, R x + residual": summary(own), "authors, R^T x": summary(back)}
     output.mkdir(parents=True, exist_ok=True)
     if because:
         networks = [rectifier.method for rectifier in shipped if "@" in rectifier.method]

@@ -6,7 +6,7 @@ goes on. DIR gets mmfi.md, mmfi.json, and a folder for each network.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,17 +15,15 @@ from typer import Argument, Option
 
 from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.core.rotations import rotate, transpose
-from ...pipeline.files.atomic import write_json
 from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
 from . import training
 from .common.config import checked
 from .common.metrics import OfTake
 from .evaluation.evaluate import publish
-from .evaluation.rectifiers import Take, clean_takes, compare, judge, row
+from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .mocap.clips import Clip
-from .mocap.convert import read_folder, write_mocap
-from .mocap.mmfi import PROTOCOLS
+from .mocap.mmfi import PROTOCOLS, read_tree
 
 if TYPE_CHECKING:
     from .training.rectifier import PCNet
@@ -51,65 +49,53 @@ def mmfi(
     with needed_for("Training"):
         import torch
 
-        from .training.rectifier import TrainConfig, best_of, parts_of, step_s, train
+        from .training.rectifier import TrainConfig, best_of, step_s, train
     torch.set_num_threads(threads)
-    clips, notes = read_folder(tree, "mmfi")
+    clips, notes = read_tree(tree)
     for note in notes:
         print(f"note: {note}")
-    splits = {name: split_of(clips, name) for name in PROTOCOLS}
     source = config or Path(training.__file__).with_name("mmfi.toml")
-    content = {**load_toml(source, "a training config"), "data": output / "clips.npz"}
-    output.mkdir(parents=True, exist_ok=True)
-    write_mocap(output / "clips.npz", clips)
-    runs = {}
-    for name, split in splits.items():
-        listed = output / f"{name}.json"
-        write_json(listed, split)
-        runs[name] = checked({**content, "split": listed}, TrainConfig, str(source))
-        print(
-            f"{name}: {', '.join(f'{len(split[part])} {part}' for part in ('train', 'val', 'test'))} people"
-        )
-    hours = len(runs) * runs["S2"].schedule.steps * step_s(runs["S2"], device) / 3600
+    run = checked(load_toml(source, "a training config"), TrainConfig, str(source))
+    splits = {name: split_of(clips, tested) for name, tested in PROTOCOLS.items()}
+    hours = len(splits) * run.schedule.steps * step_s(run, device, splits["S2"]) / 3600
     print(
-        f"{len(runs)} trainings take about {hours:.2g} h, less what an earlier start has trained", flush=True
+        f"{len(splits)} trainings take about {hours:.2g} h, less what an earlier start has trained",
+        flush=True,
     )
     rows: dict[str, dict[str, Any]] = {}
-    for name, run in runs.items():
-        train(run, output / name, device)
-        takes = clean_takes(parts_of(run)["test"], "paper", targets=run.targets)
-        baseline = row(judge(Geometric(), takes))
+    for name, split in splits.items():
+        print(f"{name}: {', '.join(f'{len(of)} clips {part}' for part, of in split.items())}")
+        train(run, output / name, device, split)
+        takes = clean_takes(split["test"], "paper", targets=run.targets)
+        baseline = summary(judge(Geometric(), takes))
         rows[name] = {
             "geometric": {**baseline, "turned only": baseline["mpjpe"]},
             "pcnet": judge_net(best_of(run, output / name), takes, run.symmetric),
         }
-    run = runs["S2"]
     said = {"targets": run.targets, "steps": run.schedule.steps, "batch": run.batch}
     publish(output / "mmfi", "MM-Fi", _ABOUT, {**said, "rows": rows})
 
 
-def split_of(clips: Sequence[Clip], name: str) -> dict[str, Any]:
-    """What mocap.clips.read_parts reads: the protocol as far as the clips go, with people of its train part kept for
-    validation. InputError when a part is empty."""
-    tested = PROTOCOLS[name]
-    to_train = sorted({clip.subject for clip in clips} - tested)
-    kept = set(to_train[::_VALIDATED])
-    people = {
-        "train": [subject for subject in to_train if subject not in kept],
-        "val": sorted(kept),
-        "test": sorted({clip.subject for clip in clips} & tested),
-    }
-    if empty := [part for part, names in people.items() if not names]:
+def split_of(clips: Sequence[Clip], tested: Set[str]) -> dict[str, list[Clip]]:
+    """The clips of each part of a protocol, with people of its train part kept for validation. InputError when a part
+    is empty."""
+    kept = set(sorted({clip.subject for clip in clips} - tested)[::_VALIDATED])
+    split: dict[str, list[Clip]] = {"train": [], "val": [], "test": []}
+    for clip in clips:
+        part = "test" if clip.subject in tested else "val" if clip.subject in kept else "train"
+        split[part].append(clip)
+    if empty := [part for part, of in split.items() if not of]:
         raise InputError(
             "nothing-usable",
-            f"Expected recordings for {name} of MM-Fi, two people to train on and one to test, but {', '.join(empty)} "
-            "has none.",
+            "Expected recordings of MM-Fi, two people to train on and one to test in each protocol, but "
+            f"{', '.join(empty)} has none.",
         )
-    return people
+    return split
 
 
 def judge_net(net: PCNet, takes: Sequence[Take], symmetric: bool) -> dict[str, Any]:
-    """Figures (rectifiers.row) of what the deployed network answers, but of the pose with what the residual head made
-    of it, which an exported network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
+    """Figures of what the deployed network answers, but of the pose with what the residual head made of it, which an
+    exported network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
     import torch
 
     from .training.rectifier import Deployed
@@ -127,4 +113,4 @@ def judge_net(net: PCNet, takes: Sequence[Take], symmetric: bool) -> dict[str, A
             pose = turned(answer.R, answer.canonical).double().numpy()
         whole.append(compare(take, R, error_deg, rotate(transpose(R), pose)))
         bare.append(compare(take, R, error_deg, rotate(transpose(R), take.joints.astype(np.float64))))
-    return {**row(whole), "turned only": row(bare)["mpjpe"]}
+    return {**summary(whole), "turned only": summary(bare)["mpjpe"]}

@@ -7,7 +7,7 @@ import torch
 
 
 def read_checkpoint(folder: Path) -> dict[str, Any]:
-    """What was saved: config, learns_from, net, average, optimisers, step, best."""
+    """What was saved: config, learns_from, step, best, and the state of net, average and optimisers."""
     return torch.load(folder / "checkpoint.pt", weights_only=True)
 
 

@@ -104,20 +104,21 @@ def _two_people(folder: Path, walk: Walk, camera: Camera) -> None:
 
 
 def _motion_capture(folder: Path) -> None:
-    """clips.npz and split.json, a training of own.toml on them, and folders of BVH."""
+    """own, a data folder, a training of own.toml on it, and a folder of BVH."""
     walks = {name: walker(seconds=2, turn_deg=10.0 * i) for i, name in enumerate(SUBJECTS)}
+    (folder / "own").mkdir()
     write_mocap(
-        folder / "clips.npz",
+        folder / "own" / "clips.npz",
         [
             Clip(f"{name}_walk", name, "walker", walk.fps, walk.world.astype(np.float32))
             for name, walk in walks.items()
         ],
     )
-    (folder / "split.json").write_text(text_of("training", "json"))
-    (folder / "own.toml").write_text(text_of("training", "toml") + tiny())
-    for name in ("FOLDER/01_walk.bvh", "lafan1/walk1_subject1.bvh", "lafan1/walk1_subject2.bvh"):
-        (folder / name).parent.mkdir(exist_ok=True)
-        worlds.bvh(folder / name, worlds.y_up(walks["01"].world), fps=30)
+    (folder / "own" / "splits.json").write_text(text_of("training", "json"))
+    (folder / "own.toml").write_text(tiny())
+    (folder / "FOLDER").mkdir()
+    for name in SUBJECTS:
+        worlds.bvh(folder / "FOLDER" / f"{name}_walk.bvh", worlds.y_up(walks[name].world), fps=30)
 
 
 def _finished(folder: Path) -> None:

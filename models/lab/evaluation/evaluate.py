@@ -2,8 +2,9 @@
 
 The one runner of all reports: it opens the networks, refuses looks at test people without a reason, asks the report,
 and writes a page and the same figures as JSON. People are those that networks are chosen by, unless `--sets test` asks
-for those that figures are published of. A report is a module with `tables`, which answers a Question with nested
-figures, and `ABOUT`, what the page says of them; REPORTS has a row for each.
+for those that figures are published of. A report is a module with `rows`, which gives the values of every take and the
+places where they stand, `summary`, what becomes of all values in one place, and `ABOUT`, what the page says of them;
+REPORTS has a row for each.
 """
 
 from __future__ import annotations
@@ -27,8 +28,7 @@ from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.metrics import Figure
-from ..synthetic.views import Targets
+from ..common.metrics import Figure, tabled
 from .runs import Question, Sets
 from .testbed import Bed
 
@@ -54,7 +54,7 @@ _USUAL: dict[str, Any] = {
 }  # fmt: skip
 REPORTS = {
     "takes": Report(".takes", ("rectifier", *_VIRTUAL)),
-    "rectifiers": Report(".rectifiers", ("rectifier", *_VIRTUAL, "data", "split", "targets")),
+    "rectifiers": Report(".rectifiers", ("rectifier", *_VIRTUAL)),
     "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
     "gait": Report(".gait", _VIRTUAL, runs=True),
     "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
@@ -80,9 +80,6 @@ def evaluate(
     part: Annotated[list[str] | None, Option(help="errors: a configuration alone; repeatable.")] = None,
     fit: Annotated[bool | None, Option("--fit", help="errors: fit them to DIR/joint_noise.json.")] = None,
     errors: Annotated[Path | None, Option(help="errors: of angles, as --fit writes them.")] = None,
-    data: Annotated[Path | None, Option(help="rectifiers: a file of lab mocap, clean poses only.")] = None,
-    split: Annotated[Path | None, Option(help="rectifiers: JSON that lists --data's `test`.")] = None,
-    targets: Annotated[Targets | None, Option(help="rectifiers: truth by gravity, or data's axes.")] = None,
     device: OnDevice = "auto",
 ) -> None:
     """Test lifters, rectifiers and later stages where the truth is known."""
@@ -95,16 +92,21 @@ def evaluate(
     question = {name: asked.pop(name) for name in ("lifter", "seed", "bed") if name in asked}
     with computing_on(device) as where:
         rectifiers = tuple(map(load_rectifier, asked.pop("rectifier", ())))
-        question = Question(rectifiers, people=None if "data" in asked else people, **question)
+        question = Question(rectifiers, people=people, **question)
         for judged in question.sets:
             judged.clips()  # a set without takes is refused before the work
         if "fit" in of.takes:
             asked["output"] = output
-        results = {
-            "report": report,
-            **({"judged": people} if people else {}),
-            **module.tables(question, **asked),
+        # What errors fits needs all rows at once.
+        tables = (
+            module.tables(question, **asked)
+            if report == "errors"
+            else tabled(module.rows(question), module.summary)
+        )
+        asked_for = {
+            name: of_it for name, of_it in question.heading().items() if name in ("pcnet3d", *of.takes)
         }
+        results = {"report": report, **({"judged": people} if people else {}), **asked_for, **tables}
         methods = [load_lifter(str(question.lifter)).method] if "lifter" in of.takes else []
         methods += [each.method for each in (rectifiers or [load_rectifier("pcnet")] * of.runs)]
         results.setdefault("networks", [method for method in methods if "@" in method])

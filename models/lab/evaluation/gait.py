@@ -8,9 +8,8 @@ told, and for lengths and speed once more with the usual one assumed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,10 +24,10 @@ from ...gait.events import Stance, Step, contact_times
 from ...gait.gait import Gait, Values, facing_deg, find_gait, time_values
 from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
-from ..common.metrics import Figure, mean
+from ..common.metrics import Figure, Row, mean
 from ..mocap.contact import true_contact
 from .judge import Case, summed
-from .runs import Finished, Question, finished
+from .runs import Question, finished
 from .testbed import SeenTake, filtered
 
 SIDES_APART = ", right less left"  # behind the name of a figure
@@ -50,65 +49,73 @@ ABOUT = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). events:
-    {"initial contact", "toe-off": (errors in s (K,), found, true)}. figures: {name: `walks`}."""
+class Matched(NamedTuple):
+    """Events of one take: errors (K,) in s of those that are found and true, how many were found, how many are true."""
 
-    kind: str
-    steps: tuple[int, int]
-    events: dict[str, tuple[np.ndarray, int, int]]
-    figures: dict[str, Case] = field(default_factory=dict)
+    errors: np.ndarray
+    found: int
+    true: int
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says: {"sets": {set: {kind: one_kind's, "false steps": their number}}}."""
-    judged: dict[str, dict[str, list[Judged]]] = {}
+def rows(question: Question) -> Iterator[Row]:
+    """("sets", label, "walking" or "running" by the true contacts, "takes", "steps": (found, true), "events", event:
+    Matched, and "figures", figure: Case), and ("sets", label, "false steps"), of takes without a walk; nothing of
+    takes that a run refuses or cannot level."""
     for path, known in PATHS.items():
         for one in finished(question, question.how(focal_known=known)):
-            of_paths = judged.setdefault(one.label, {name: [] for name in PATHS})
-            of_paths[path] += [take for take in [judge(one)] if take is not None]
-    results: dict[str, Any] = {**question.heading(), "sets": {}}
-    for label, of_paths in judged.items():
-        results["sets"][label] = {
-            kind: one_kind(
-                {path: [take for take in takes if take.kind == kind] for path, takes in of_paths.items()}
-            )
-            for kind in ("walking", "running")
-            if any(take.kind == kind for take in of_paths["focal known"])
-        }
-        none = [take.steps[0] for take in of_paths["focal known"] if take.kind == "none"]
-        results["sets"][label]["false steps"] = sum(none)
-    return results
+            take, true = one.take, true_gait(one.truth)
+            if take is None or not take.need("rectified").level_ok:
+                continue
+            place = ("sets", one.label, true.kind)
+            steps = sum(take.figures.group("walking", words).count("steps") for words in SIDES)
+            if path == "focal known":
+                if true.kind != "none":
+                    yield (*place, "takes"), 1
+                    yield (*place, "steps"), np.array([steps, len(true.steps)])
+                    for event, of in events(take, true).items():
+                        yield (*place, "events", event), of
+                yield ("sets", one.label, "false steps"), steps if true.kind == "none" else 0
+            for case in walks(take, one.truth, true):
+                of_length = case.statement.removesuffix(SIDES_APART) in OF_LENGTH
+                if true.kind != "none" and (of_length or path == "focal known"):
+                    name = f"{case.statement}, {path}" if of_length else case.statement
+                    yield (*place, "figures", name), case
 
 
-def judge(one: Finished) -> Judged | None:
-    """A take beside its truth; None where a run refuses it or cannot level it."""
-    take, true = one.take, true_gait(one.truth)
-    if take is None or not take.need("rectified").level_ok:
-        return None
+def summary(values: list[Any]) -> Any:
+    """Of what stands in one place of all takes: counts are summed, and cases by judge.summed."""
+    match values[0]:
+        case Case():
+            return summed(values)
+        case Matched():
+            errors, found, true = zip(*values, strict=True)
+            error = np.concatenate(errors)
+            return {
+                "precision": len(error) / max(sum(found), 1),
+                "recall": len(error) / max(sum(true), 1),
+                "bias_ms": float(1000 * np.median(error)) if len(error) else np.nan,
+                "error_ms": Figure.of(1000 * np.abs(error)),
+            }
+        case int():
+            return sum(values)
+        case _:
+            return np.sum(values, axis=0).tolist()
+
+
+def events(take: Take, true: Gait) -> dict[str, Matched]:
+    """Those of walks that were found, and the true ones."""
     sides = {side: take.figures.group("walking", words) for words, side in SIDES.items()}
-    strides = {side: [stride for stride in true.strides if stride.side == side] for side in sides}
-    events = {
-        "initial contact": [
-            (rows.times("landings"), contact_times(true.walks, side)) for side, rows in sides.items()
-        ],
-        "toe-off": [
-            (rows.times("toe_offs"), [each.off_s for each in strides[side] if np.isfinite(each.off_s)])
-            for side, rows in sides.items()
-        ],
-    }
-    return Judged(
-        true.kind,
-        (sum(rows.count("steps") for rows in sides.values()), len(true.steps)),
-        {name: matched(pairs) for name, pairs in events.items()},
-        {case.statement: case for case in walks(take, one.truth, true)},
-    )
+    off_s = {side: [stride.off_s for stride in true.strides if stride.side == side] for side in sides}
+    lands = [(rows.times("landings"), contact_times(true.walks, side)) for side, rows in sides.items()]
+    leaves = [
+        (rows.times("toe_offs"), [at for at in off_s[side] if np.isfinite(at)])
+        for side, rows in sides.items()
+    ]
+    return {"initial contact": matched(lands), "toe-off": matched(leaves)}
 
 
-def matched(sides: Sequence[tuple[Sequence[float], Sequence[float]]]) -> tuple[np.ndarray, int, int]:
-    """Errors (K,) of the events found that are the nearest to a true one and have it nearest, and how many there are;
-    (found, true) seconds of each side."""
+def matched(sides: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Matched:
+    """The events found that are the nearest to a true one and have it nearest; (found, true) seconds of each side."""
     errors: list[float] = []
     for found, true in sides:
         if len(found) and len(true):
@@ -117,7 +124,7 @@ def matched(sides: Sequence[tuple[Sequence[float], Sequence[float]]]) -> tuple[n
             mutual = np.abs(off).argmin(axis=0)[nearest] == np.arange(len(off))
             own = off[np.arange(len(off)), nearest]
             errors += own[mutual & (np.abs(own) < _NEAR_S)].tolist()
-    return np.array(errors), sum(len(found) for found, _ in sides), sum(len(true) for _, true in sides)
+    return Matched(np.array(errors), *(sum(map(len, of)) for of in zip(*sides, strict=True)))
 
 
 def true_gait(seen: SeenTake) -> Gait:
@@ -207,30 +214,3 @@ def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[
             steps.append([])
         steps[-1].append(Step(true[i + 1][1], true[i][0], true[i + 1][0]))
     return steps
-
-
-def one_kind(of_paths: Mapping[str, Sequence[Judged]]) -> dict[str, Any]:
-    """Of takes of one kind, by what was known of the focal length: steps, events and figures."""
-    takes = of_paths["focal known"]
-    result: dict[str, Any] = {
-        "takes": len(takes),
-        "steps": [sum(take.steps[i] for take in takes) for i in (0, 1)],
-        "events": {},
-        "figures": {},
-    }
-    for event in takes[0].events:
-        errors, found, true = zip(*(take.events[event] for take in takes), strict=True)
-        error = np.concatenate(errors)
-        result["events"][event] = {
-            "precision": len(error) / max(sum(found), 1),
-            "recall": len(error) / max(sum(true), 1),
-            "bias_ms": float(1000 * np.median(error)) if len(error) else np.nan,
-            "error_ms": Figure.of(1000 * np.abs(error)),
-        }
-    for path, judged in of_paths.items():
-        for label in dict.fromkeys(label for take in judged for label in take.figures):
-            of_length = label.removesuffix(SIDES_APART) in OF_LENGTH
-            if of_length or path == "focal known":
-                cases = [take.figures[label] for take in judged if label in take.figures]
-                result["figures"][f"{label}, {path}" if of_length else label] = summed(cases)
-    return result

@@ -8,7 +8,7 @@ ones is invented only where the captured ankles do not leave the floor.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Any
@@ -23,6 +23,7 @@ from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.take import Take
 from ...place.flights import GRAVITY, Flight, flown
+from ..common.metrics import Row
 from ..mocap.clips import Clip
 from .judge import Case, summed
 from .runs import EvaluationSet, Question, finished
@@ -118,46 +119,41 @@ def _of(true: Sequence[Flight], span: tuple[float, float]) -> Flight | None:
     return next((flight for flight in true if span[0] < flight.land_s and flight.off_s < span[1]), None)
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """{"sets": {label: {frames a second: {"takes", "true", "found", "hops", "invented", "figures": {figure:
-    judge.summed, and "near"}}}}, "refused": takes that a run refuses, "invented": {take: seconds}}. InputError where
-    the data is not."""
-    results: dict[str, Any] = {**question.heading(), "sets": {}, "refused": 0, "invented": {}}
+def rows(question: Question) -> Iterator[Row]:
+    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure): Case, with
+    "near"; ("refused",): takes that a run refuses; ("invented", take): seconds. InputError where the data is not."""
     for fps in (30.0, 60.0):
         how = question.how(image=True, fps=fps)
         of_train = finished(question, how, [_TRAIN], _flies) if question.people == "val" else ()
-        by_label: dict[str, list[Compared]] = {}
         for judged in chain(finished(question, how), of_train):
-            of_label = by_label.setdefault(judged.label, [])
+            place = ("sets", judged.label, f"{fps:g}")
+            yield ("refused",), int(judged.take is None)
             if judged.take is None:
-                results["refused"] += 1
                 continue
-            of_label.append(compared(judged.take, judged.truth))
-            if invented := of_label[-1].invented:
-                results["invented"][f"{judged.truth.clip}, {fps:g}"] = ", ".join(map(str, invented))
-        for label, takes in by_label.items():
-            results["sets"].setdefault(label, {})[f"{fps:g}"] = _summed(takes)
-    return results
+            of = compared(judged.take, judged.truth)
+            counts = {"true": of.true, "found": of.found, "hops": of.hops, "invented": len(of.invented)}
+            yield from (((*place, name), number) for name, number in {"takes": 1, **counts}.items())
+            if of.invented:
+                yield ("invented", f"{judged.truth.clip}, {fps:g}"), ", ".join(map(str, of.invented))
+            for case in of.cases:
+                yield (*place, "figures", case.statement), case
+                if case.statement in HEIGHTS:
+                    near = abs(case.found - case.true) <= _NEAR_CM
+                    yield (*place, "figures", case.statement, "near"), float(near)
+
+
+def summary(values: list[Any]) -> Any:
+    """Of what stands in one place of all takes: counts are summed, and cases by judge.summed."""
+    match values[0]:
+        case Case():
+            return summed(values)
+        case float():
+            return float(np.mean(values))
+        case int():
+            return sum(values)
+        case _:
+            return values[0]
 
 
 def _flies(clip: Clip) -> bool:
     return bool(captured_flights(clip.joints, np.arange(len(clip)) / clip.fps))
-
-
-def _summed(takes: Sequence[Compared]) -> dict[str, Any]:
-    figures = {}
-    for statement in _FIGURES:
-        cases = [case for take in takes for case in take.cases if case.statement == statement]
-        if cases:
-            figures[statement] = summed(cases)
-            if statement in HEIGHTS:
-                near = np.mean([abs(case.found - case.true) <= _NEAR_CM for case in cases])
-                figures[statement]["near"] = float(near)
-    return {
-        "takes": len(takes),
-        "true": sum(take.true for take in takes),
-        "found": sum(take.found for take in takes),
-        "hops": sum(take.hops for take in takes),
-        "invented": sum(len(take.invented) for take in takes),
-        "figures": figures,
-    }

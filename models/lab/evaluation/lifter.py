@@ -6,7 +6,7 @@ formulas simple enough to be argued with. A frame may belong to several of these
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
 from ...common.canonical import R_world_from_body
 from ...common.metrics import joint_error
-from ..common.metrics import OfTake, figures, procrustes_error, scaled
+from ..common.metrics import OfTake, Row, figures, procrustes_error, scaled
 from ..mocap.clips import subject_of
 from .runs import Question
 from .testbed import BEDS, LiftedTake, SeenTake
@@ -37,39 +37,20 @@ ABOUT = (
 )
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """{"beds": {bed: {"focal assumed": {"SET GROUP": {"lifter": lifter_figures}}}}}, the group a posture or a motion
-    that has frames."""
-    results = {**replace(question, people=None).heading(), "seed": question.seed, "beds": {}}
+def rows(question: Question) -> Iterator[Row]:
+    """("beds", bed, "focal assumed", "SET GROUP", "lifter"): `lift_errors` of the frames of a group, a posture or a
+    motion (`motion_classes`), of the takes that have such frames."""
     for bed in BEDS:
         before = replace(question, bed=bed)
-        results["beds"][bed] = {
-            "focal assumed": {
-                f"{people.label} {group}": {"lifter": row}
-                for people in before.sets
-                for group, row in groups(list(before.takes(people))).items()
-            }
-        }
-    return results
+        for people in before.sets:
+            takes = [(groups_of(take.seen), lift_errors(take)) for take in before.takes(people)]
+            for group in (*_POSTURES, *CLASSES):
+                place = ("beds", bed, "focal assumed", f"{people.label} {group}", "lifter")
+                yield from ((place, of.where(groups[group])) for groups, of in takes if groups[group].any())
 
 
-def groups(takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
-    """{group: lifter_figures} of the groups that have frames: those that are "upright" or "lying", or upright and of a
-    motion (`motion_classes`)."""
-    errors = [lift_errors(take) for take in takes]
-    postures = [_groups_of(take.seen) for take in takes]
-    parts = {
-        group: [
-            of.where(posture[group])
-            for of, posture in zip(errors, postures, strict=True)
-            if posture[group].any()
-        ]
-        for group in (*_POSTURES, *CLASSES)
-    }
-    return {group: lifter_figures(of) for group, of in parts.items() if of}
-
-
-def _groups_of(seen: SeenTake) -> dict[str, np.ndarray]:
+def groups_of(seen: SeenTake) -> dict[str, np.ndarray]:
+    """{group: (T,) bool}: "upright" or "lying", or upright and of a motion (`motion_classes`)."""
     moving = motion_classes(seen.world, seen.keypoints.fps)
     return {
         "lying": seen.lying, "upright": ~seen.lying, **{name: ~seen.lying & of for name, of in moving.items()}
@@ -90,7 +71,7 @@ def lift_errors(take: LiftedTake) -> OfTake:
     return OfTake(subject_of(take.seen.clip), errors)
 
 
-def lifter_figures(takes: Sequence[OfTake]) -> dict[str, dict[str, Any]]:
+def summary(takes: Sequence[OfTake]) -> dict[str, dict[str, Any]]:
     """Of `lift_errors`."""
     of = figures(takes, ("MPJPE", "PA-MPJPE"))
     frames = np.concatenate([take.values["MPJPE"] for take in takes])

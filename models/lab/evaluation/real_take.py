@@ -7,6 +7,7 @@ skeletons alone and with the image. Then the same man standing still, where only
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import angle_deg, kabsch, rotate
 from ...common.metrics import joint_error, relative
-from ..common.metrics import mean, scaled
+from ..common.metrics import Row, mean, scaled
 from .real_data import BALANCING, STANDING
 from .runs import Finished, Question, finished
 from .statements import of_frames
@@ -31,18 +32,16 @@ ABOUT = (
 )
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """{"balancing", "standing": {"skeletons alone", "with its image": {camera: `row`, "mean": theirs}}}. InputError
-    where the data is not."""
-    results: dict[str, Any] = question.heading()
+def rows(question: Question) -> Iterator[Row]:
+    """("balancing" or "standing", "skeletons alone" or "with its image", camera): `row`, and "mean", of all cameras.
+    InputError where the data is not."""
     for take, name in _TAKES.items():
-        results[take] = {}
         for how, image in _IMAGE.items():
-            rows = {
+            one_by_one = {
                 one.truth.clip: row(one) for one in finished(question, question.how(image=image, real=name))
             }
-            results[take][how] = {**rows, "mean": mean_row([*rows.values()])}
-    return results
+            yield from (((take, how, camera), figures) for camera, figures in one_by_one.items())
+            yield from (((take, how, "mean"), figures) for figures in one_by_one.values())
 
 
 def row(one: Finished) -> dict[str, Any]:
@@ -81,11 +80,11 @@ def rigid_mm(one: Finished) -> float:
     return mean(1000 * joint_error(scaled(rotate(R_true_from_found, found), true, "take"), true))
 
 
-def mean_row(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Rows with the same keys as one, the mean of each number."""
+def summary(values: list[dict[str, Any]]) -> dict[str, Any]:
+    """The mean of each number of rows with the same keys."""
     return {
-        key: mean_row([row[key] for row in rows])
+        key: summary([row[key] for row in values])
         if isinstance(value, dict)
-        else mean(np.array([row[key] for row in rows], dtype=np.float64))
-        for key, value in rows[0].items()
+        else mean(np.array([row[key] for row in values], dtype=np.float64))
+        for key, value in values[0].items()
     }

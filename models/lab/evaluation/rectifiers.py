@@ -9,18 +9,15 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.messages import how_many
-from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
-from ..common.metrics import OfTake, every_value, figures, procrustes_error, scaled, sorting
-from ..mocap.clips import Clip, lying, read_mocap, read_parts, subject_of
+from ..common.metrics import OfTake, Row, every_value, figures, procrustes_error, scaled, sorting
+from ..mocap.clips import Clip, lying, subject_of
 from ..synthetic.views import Targets, View, seen, views
 from .runs import EvaluationSet, Question
 
@@ -84,7 +81,7 @@ def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarr
     return OfTake(take.person, errors)
 
 
-def row(takes: Sequence[OfTake]) -> dict[str, Any]:
+def summary(takes: Sequence[OfTake]) -> dict[str, Any]:
     """Figures over the frames of takes as `compare` gives them."""
     values = every_value(takes)
     return {
@@ -120,42 +117,19 @@ def lifted(question: Question, of: EvaluationSet) -> list[Take]:
     return takes
 
 
-def tables(
-    question: Question, data: Path | None = None, split: Path | None = None, targets: Targets = "body"
-) -> dict[str, Any]:
-    """{"rectifiers": {method: {"rows": {set: figures of `row`}}}} of the people that the shipped networks never
-    saw, lifted and clean; or of the test people of a file of clips, of everybody without a split, clean alone."""
-    if data is None:
-        sets = _of_people(question, targets)
-        return {**question.heading(), "rectifiers": _judged(question.rectifiers, sets)}
-    clips = read_parts(data, split, ["test"])["test"] if split else read_mocap(data)
-    subjects = sorted({clip.subject for clip in clips})
-    about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}"
-    sets = _clean(f"{data.name}, {'test' if split else 'everybody'}", clips, question.seed, targets)
-    return {"about": about, "subjects": subjects, "rectifiers": _judged(question.rectifiers, sets)}
+def rows(question: Question) -> Iterator[Row]:
+    """("rectifiers", method, "rows", set): `compare` of the frames of people that the shipped networks never saw,
+    lifted and clean, upright and lying."""
+    for label, takes in _sets(question):
+        for rectifier in question.rectifiers:
+            for take, errors in zip(takes, judge(rectifier, takes), strict=True):
+                for pose, lies in (("upright", False), ("lying", True)):
+                    place = ("rectifiers", rectifier.method, "rows", f"{label}, {pose}")
+                    yield place, errors.where(take.lying == lies)
 
 
-def _of_people(question: Question, targets: Targets) -> Iterator[tuple[str, list[Take]]]:
+def _sets(question: Question) -> Iterator[tuple[str, list[Take]]]:
     for people in question.sets:
         yield f"{people.label}, lifted", lifted(question, people)
-        yield from _clean(people.label, people.clips(), question.seed, targets)
-
-
-def _clean(
-    label: str, clips: Sequence[Clip], seed: int, targets: Targets
-) -> Iterator[tuple[str, list[Take]]]:
-    views: dict[str, View] = {"clean, paper's views": "paper", "clean, wide views": "wide"}
-    for kind, view in views.items():
-        yield f"{label}, {kind}", clean_takes(clips, view, seed, targets)
-
-
-def _judged(rectifiers: Sequence[Rectifier], sets: Iterable[tuple[str, list[Take]]]) -> dict[str, Any]:
-    """{method: {"rows": {set: figures of `row`}}}."""
-    results: dict[str, Any] = {rectifier.method: {"rows": {}} for rectifier in rectifiers}
-    for label, takes in sets:
-        for rectifier in rectifiers:
-            of_takes = judge(rectifier, takes)
-            for pose, lies in (("upright", False), ("lying", True)):
-                frames = [of.where(take.lying == lies) for of, take in zip(of_takes, takes, strict=True)]
-                results[rectifier.method]["rows"][f"{label}, {pose}"] = row(frames)
-    return results
+        yield f"{people.label}, clean, paper's views", clean_takes(people.clips(), "paper", question.seed)
+        yield f"{people.label}, clean, wide views", clean_takes(people.clips(), "wide", question.seed)

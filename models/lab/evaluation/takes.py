@@ -10,9 +10,9 @@ heading frame by frame; so only its tilt counts against it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,10 +25,10 @@ from ...common.metrics import joint_error
 from ...common.spread import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.person import PersonFrames
-from ..common.metrics import Figure, OfTake, figures, mean
+from ..common.metrics import Figure, OfTake, Row, figures, mean
 from ..mocap.clips import subject_of
 from .runs import Question
-from .testbed import LiftedTake, SeenTake, accelerations, joints_of, lifted_by, simulated_look
+from .testbed import SeenTake, accelerations, joints_of, lifted_by, simulated_look
 
 # (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as of PersonFrames.
 Lift = tuple[np.ndarray, np.ndarray | None]
@@ -111,41 +111,56 @@ def with_heading(R: np.ndarray, R_true: np.ndarray, per: str = "take") -> np.nda
     return R @ from_columns(*(np.stack(v, -1) for v in ((c, s, zero), (-s, c, zero), (zero, zero, one))))
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says, as nested dicts with Figures."""
-    results: dict[str, Any] = question.heading()
-    results |= {"rectifiers": [r.method for r in question.rectifiers], "takes": {}, "acceleration": {}}
+class Judged(NamedTuple):
+    """One take: tilt and rotation (degrees) and MPJPE (mm) of every frame, NaN without an answer; and whether a method
+    that answers for the take levels it."""
+
+    errors: OfTake
+    levelled: bool | None
+
+
+def rows(question: Question) -> Iterator[Row]:
+    """("takes", "LABEL, lifted, GROUP", "takes", "frames", and "methods", method): Judged; and ("acceleration", "LABEL,
+    lifted", "takes", "left out", and "lift", method, part, direction): RMSE."""
     for people in question.sets:
-        rows, accelerated = one_set(question, people.label, question.takes(people))
-        results["takes"] |= rows
-        results["acceleration"][f"{people.label}, lifted"] = accelerated
-    return results
+        for take in sorted(question.takes(people), key=lambda take: _GROUPS.index(group_of(take.seen))):
+            seen, group = take.seen, group_of(take.seen)
+            lifted, look = (
+                joints_of(take.lifted, seen.truth),
+                simulated_look(seen.up, question.seed, seen.clip),
+            )
+            told = lifted_by(question.lifter, seen, look.up)
+            again = joints_of(told, seen.truth), stated_spread(told)
+            first = lifted, stated_spread(take.lifted)
+            methods = answers(question.rectifiers, first, seen.keypoints.times, look, again)
+            place = ("takes", f"{people.label}, lifted, {group}")
+            yield (*place, "takes"), 1
+            yield (*place, "frames"), len(lifted)
+            for name, answer in methods.items():
+                yield (*place, "methods", name), judge(seen, lifted, answer)
+            if group == LONG:
+                place, whole = ("acceleration", f"{people.label}, lifted"), bool(np.isfinite(lifted).all())
+                yield (*place, "takes"), int(whole)
+                yield (*place, "left out"), int(not whole)
+                if whole:
+                    yield from (
+                        ((*place, "lift", *keys), rmse) for keys, rmse in added(methods, lifted, seen)
+                    )
 
 
-def one_set(
-    question: Question, label: str, takes: Iterable[LiftedTake]
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations)."""
-    rows: dict[str, dict[str, list[tuple[OfTake, bool | None]]]] = {
-        f"{label}, lifted, {group}": {} for group in _GROUPS
-    }
-    scores, gaps = [], 0
-    for take in takes:
-        seen, group = take.seen, group_of(take.seen)
-        lifted, look = joints_of(take.lifted, seen.truth), simulated_look(seen.up, question.seed, seen.clip)
-        told = lifted_by(question.lifter, seen, look.up)
-        again = joints_of(told, seen.truth), stated_spread(told)
-        first = lifted, stated_spread(take.lifted)
-        methods = answers(question.rectifiers, first, seen.keypoints.times, look, again)
-        for name, answer in methods.items():
-            rows[f"{label}, lifted, {group}"].setdefault(name, []).append(judge(seen, lifted, answer))
-        if group == LONG:
-            if np.isfinite(lifted).all():
-                scores.append(added(methods, lifted, seen))
-            else:
-                gaps += 1
-    accelerated = {"takes": len(scores), "left out": gaps, "lift": over_takes(scores)}
-    return {name: row(methods) for name, methods in rows.items() if methods}, accelerated
+def summary(values: list[Any]) -> Any:
+    """Of what stands in one place: counts are summed; tilt is over takes, of a take's mean, rotation and MPJPE over
+    frames; of take-level methods also the share levelled."""
+    match values[0]:
+        case Judged():
+            takes, levelled = zip(*values, strict=True)
+            of_takes = Figure.of(np.array([mean(take.values["tilt"]) for take in takes]))
+            share = {} if levelled[0] is None else {"levelled": sum(levelled) / len(levelled)}
+            return figures(takes, _ERRORS) | {"tilt": of_takes} | share
+        case float():
+            return {"rmse": Figure.of(np.array(values))}
+        case _:
+            return sum(values)
 
 
 def group_of(seen: SeenTake) -> str:
@@ -157,64 +172,33 @@ def group_of(seen: SeenTake) -> str:
     return LONG if len(seen.lying) / seen.keypoints.fps >= _LONG_S else _SHORT
 
 
-def judge(seen: SeenTake, joints: np.ndarray, answer: Answer) -> tuple[OfTake, bool | None]:
-    """Tilt and rotation (degrees) and MPJPE (mm) of every frame, NaN without an answer; and whether a method that
-    answers for the take levels it. joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
+def judge(seen: SeenTake, joints: np.ndarray, answer: Answer) -> Judged:
+    """joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
     joints = joints if answer.joints is None else answer.joints
     R, R_true = answer.R_camera_from_body, seen.R_camera_from_body
     body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), seen.truth)
     tilt = angle_deg(R[..., 2], np.broadcast_to(seen.up, R[..., 2].shape))
     errors = tilt, geodesic_deg(R, R_true), 1000 * joint_error(body, truth)
     levelled = None if answer.levelled is None else not why_not(answer.levelled)
-    return OfTake(subject_of(seen.clip), dict(zip(_ERRORS, errors, strict=True))), levelled
+    return Judged(OfTake(subject_of(seen.clip), dict(zip(_ERRORS, errors, strict=True))), levelled)
 
 
-def row(methods: Mapping[str, Sequence[tuple[OfTake, bool | None]]]) -> dict[str, Any]:
-    """Figures of one set. Tilt: over takes, of a take's mean. Rotation and MPJPE: over frames. Of take-level methods
-    also the share levelled."""
-    first = next(iter(methods.values()))
-    row: dict[str, Any] = {
-        "takes": len(first), "frames": sum(len(take.values["tilt"]) for take, _ in first), "methods": {},
-    }  # fmt: skip
-    for name, judged in methods.items():
-        takes, levelled = zip(*judged, strict=True)
-        of_takes = Figure.of(np.array([mean(take.values["tilt"]) for take in takes]))
-        row["methods"][name] = figures(takes, _ERRORS) | {"tilt": of_takes}
-        if levelled[0] is not None:
-            row["methods"][name]["levelled"] = sum(levelled) / len(levelled)
-    return row
-
-
-def added(methods: Mapping[str, Answer], joints: np.ndarray, seen: SeenTake) -> dict[str, Any]:
-    """{method: {part: {direction: RMSE}}} of one lifted take, of the methods and the camera's axes. joints: (T, 17, 3)
+def added(
+    methods: Mapping[str, Answer], joints: np.ndarray, seen: SeenTake
+) -> Iterator[tuple[tuple[str, str, str], float]]:
+    """(method, part, direction), RMSE: of one lifted take, of the methods and the camera's axes. joints: (T, 17, 3)
     metres, CAMERA axes relative to the pelvis, without gaps, at the truth's scale."""
     time_s, R_true = seen.keypoints.times, seen.R_camera_from_world
     level = np.broadcast_to(_R_CAMERA_FROM_UPRIGHT, (len(joints), 3, 3))
-    every = {"camera axes": Answer(level, _R_CAMERA_FROM_UPRIGHT), **methods}
     lift = _limbs(joints, R_true, time_s)
-    off = {
-        name: {
-            part: signal - lift[part] for part, signal in _limbs(joints, answer.axes(R_true), time_s).items()
-        }
-        for name, answer in every.items()
-    }
-    return {
-        name: {
-            part: {way: float(np.sqrt(np.mean(error[..., axes] ** 2))) for way, axes in _ALONG.items()}
-            for part, error in parts.items()
-        }
-        for name, parts in off.items()
-    }
+    for name, answer in {"camera axes": Answer(level, _R_CAMERA_FROM_UPRIGHT), **methods}.items():
+        for part, signal in _limbs(joints, answer.axes(R_true), time_s).items():
+            for way, axes in _ALONG.items():
+                error = (signal - lift[part])[..., axes]
+                yield (name, part, way), float(np.sqrt(np.mean(error**2)))
 
 
 def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
     """Accelerations of each part's joints in other axes."""
     turned = rotate(transpose(R_camera_from_axes), joints)
     return {part: accelerations(turned[:, rows], time_s) for part, rows in _PARTS.items()}
-
-
-def over_takes(scores: Sequence[Any]) -> Any:
-    """Nested RMSE of many takes as nested {"rmse": Figure} over takes; {} without any."""
-    if not len(scores) or isinstance(scores[0], dict):
-        return {key: over_takes([take[key] for take in scores]) for key in (scores[0] if len(scores) else ())}
-    return {"rmse": Figure.of(np.array(scores))}

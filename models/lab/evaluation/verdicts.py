@@ -8,6 +8,7 @@ each frame, in one scale.
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ....pipeline.core.notices import verdict
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ...common.metrics import rigid_error
-from ..common.metrics import Figure, person_size
+from ..common.metrics import Figure, Row, person_size
 from ..mocap.clips import Clip
 from .runs import Question, finished
 from .testbed import SeenTake
@@ -40,28 +41,21 @@ def error_mm(take: Take, truth: SeenTake) -> float:
     return float(1000 * rigid_error(found * person_size(true) / person_size(found), true).mean())
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """{"verdicts": {verdict: {"takes", "far", "error": Figure}}}."""
-    errors: dict[str, list[float]] = {}
+def rows(question: Question) -> Iterator[Row]:
+    """("verdicts", verdict): mm of each take that has one."""
     for number, times in enumerate(_TIMES):
         how = question.how(image=True, unsuspected=times)
         for one in finished(
             question, how, only=lambda clip, number=number: _kind_of_keypoints(clip) == number
         ):
-            mm = float("nan") if one.take is None else error_mm(one.take, one.truth)
-            if one.take is not None and np.isfinite(mm):
-                errors.setdefault(verdict(one.take.judged), []).append(mm)
-    return {
-        **question.heading(),
-        "verdicts": {
-            judged: {
-                "takes": len(every),
-                "far": float((np.array(every) > FAR_MM).mean()),
-                "error": Figure.of(np.array(every)),
-            }
-            for judged, every in errors.items()
-        },
-    }
+            if one.take is not None and np.isfinite(mm := error_mm(one.take, one.truth)):
+                yield ("verdicts", verdict(one.take.judged)), mm
+
+
+def summary(values: list[float]) -> dict[str, Any]:
+    """Of the takes' errors in mm."""
+    far = float((np.array(values) > FAR_MM).mean())
+    return {"takes": len(values), "far": far, "error": Figure.of(np.array(values))}
 
 
 def _kind_of_keypoints(clip: Clip) -> int:

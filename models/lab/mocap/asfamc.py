@@ -16,7 +16,7 @@ import numpy as np
 
 from ....pipeline.core.errors import InputError, readable
 from ....pipeline.core.rotations import transpose
-from ....pipeline.files.markers import Up, z_up
+from ....pipeline.files.markers import z_up
 from ....pipeline.files.skeletons import Skeleton, h36m17_of_skeleton, place
 
 FPS = 120.0  # of CMU and HDM05; the files do not say it
@@ -35,17 +35,17 @@ class Acclaim:
     metres: float
 
 
-def read(path: Path, metres: float | None = None, up: Up = "y") -> tuple[np.ndarray, str]:
+def read(path: Path) -> tuple[np.ndarray, str]:
     """(T, 17, 3) joints of an AMC file, metres, +Z up, and the name of its skeleton: the ASF file beside it whose name
-    its own begins with, or the only one. metres: as of parse_asf. InputError without."""
+    its own begins with, or the only one. InputError without."""
     skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
     named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
     if not named and len(skeletons) != 1:
         raise InputError("needs-input", "expected its .asf skeleton in the same folder.")
     skeleton_file = max(named, key=lambda file: len(file.stem)) if named else skeletons[0]
-    acclaim = parse_asf(_text(skeleton_file), metres)
+    acclaim = parse_asf(_text(skeleton_file))
     joints, R = pose(acclaim, parse_amc(_text(path), acclaim))
-    return z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), up), skeleton_file.stem
+    return z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), "y"), skeleton_file.stem
 
 
 def _text(path: Path) -> str:
@@ -54,52 +54,40 @@ def _text(path: Path) -> str:
         return re.sub(r"^\s*#.*$", "", path.read_text(encoding="utf-8", errors="replace"), flags=re.M)
 
 
-def parse_asf(text: str, metres: float | None = None) -> Acclaim:
-    """The skeleton of an ASF file. metres: one unit of the file, instead of what its `length` says. InputError for what
-    is no ASF."""
+def parse_asf(text: str) -> Acclaim:
+    """The skeleton of an ASF file. InputError for what is no ASF, and for bones that slide or turn in radians."""
     sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", text, re.M | re.S)}
-    missing = {"units", "root", "bonedata", "hierarchy"} - set(sections)
-    if missing:
-        raise InputError("wrong-content", f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
     try:
         units, root = _records(sections["units"]), _records(sections["root"])
-        metres = metres or _INCH_M / float(units.get("length", ["1"])[0])
-        _require_degrees(units.get("angle", ["deg"])[0])
+        metres = _INCH_M / float(units.get("length", ["1"])[0])
         bones = {bone["name"][0]: bone for bone in map(_records, _BONE.findall(sections["bonedata"]))}
-        parent_of = {
+        parent_of = {  # of whom each hangs on comes first
             child: words[0]
             for words in map(str.split, sections["hierarchy"].strip().splitlines())
             for child in words[1:]
         }
-        names = _parents_first(bones, parent_of)
-        parents = (-1, *(names.index(parent_of[name]) for name in names[1:]))
+        names = ("root", *parent_of)
+        parents = (-1, *(names.index(parent) for parent in parent_of.values()))
         own_axes = [root.get("orientation", ["0"] * 3) + root.get("axis", ["XYZ"])]
-        own_axes += [bones[name].get("axis", ["0", "0", "0", "XYZ"]) for name in names[1:]]
+        own_axes += [bones[name].get("axis", ["0", "0", "0", "XYZ"]) for name in parent_of]
         C = np.stack([_turn(order, _numbers(angles)) for *angles, order in own_axes])
-        dofs = {"root": root["order"], **{name: bone.get("dof", []) for name, bone in bones.items()}}
         offsets = metres * np.stack([_offset(bones.get(parent_of.get(name, ""))) for name in names])
-    except InputError:
-        raise
+        dofs = {name: tuple(map(str.lower, bone.get("dof", []))) for name, bone in bones.items()}
+        if any(parent >= bone for bone, parent in enumerate(parents)):
+            raise ValueError("a bone hangs on nothing")
+        if not set().union(*dofs.values()) <= {"rx", "ry", "rz"}:
+            raise ValueError("expected bones that turn only")
+        if not units.get("angle", ["deg"])[0].lower().startswith("deg"):
+            raise ValueError("expected angles in degrees")
+        dofs["root"] = tuple(map(str.lower, root["order"]))
     except (ValueError, KeyError, IndexError) as error:
         raise InputError("file-damaged", f"the ASF skeleton is damaged: {error}.") from None
-    return Acclaim(Skeleton(names, parents, offsets), C, _checked(dofs), metres)
+    return Acclaim(Skeleton(names, parents, offsets), C, dofs, metres)
 
 
 def _records(section: str) -> dict[str, list[str]]:
     """{first word: the others} of every line."""
     return {words[0]: words[1:] for words in map(str.split, section.splitlines()) if words}
-
-
-def _parents_first(bones: Iterable[str], parent_of: Mapping[str, str]) -> tuple[str, ...]:
-    """The root and the bones, each behind what it hangs on. ValueError for one that hangs on nothing."""
-    names, left = ["root"], list(bones)
-    while left:
-        following = [name for name in left if parent_of[name] in names]
-        if not following:
-            raise ValueError("a bone hangs on nothing")
-        names += following
-        left = [name for name in left if name not in following]
-    return tuple(names)
 
 
 def _offset(parent: Mapping[str, list[str]] | None) -> np.ndarray:
@@ -110,33 +98,13 @@ def _offset(parent: Mapping[str, list[str]] | None) -> np.ndarray:
     return direction / np.linalg.norm(direction) * float(parent["length"][0])
 
 
-def _checked(dofs: Mapping[str, Iterable[str]]) -> dict[str, tuple[str, ...]]:
-    """What an AMC line says, by bone. InputError for a bone that slides, and for what is no turn."""
-    lower = {name: tuple(dof.lower() for dof in of) for name, of in dofs.items()}
-    strange = sorted({dof for of in lower.values() for dof in of} - {"rx", "ry", "rz", "tx", "ty", "tz"})
-    if strange or any(dof[0] == "t" for name, of in lower.items() if name != "root" for dof in of):
-        raise InputError(
-            "wrong-content", f"expected bones that turn only, got {', '.join(strange) or 'a sliding one'}."
-        )
-    return lower
-
-
 def _numbers(words: Iterable[str]) -> np.ndarray:
     return np.array([float(word) for word in words])
 
 
-def _require_degrees(unit: str) -> None:
-    if not unit.lower().startswith("deg"):
-        raise InputError(
-            "wrong-content", f"expected angles in degrees, as CMU and HDM05 have them, got {unit}."
-        )
-
-
 def parse_amc(text: str, acclaim: Acclaim) -> dict[str, np.ndarray]:
     """By bone, (T, dofs) as the file has them, angles in degrees. InputError for what is no AMC of that skeleton."""
-    if ":RADIANS" in text.upper():
-        _require_degrees("radians")
-    lines: dict[str, list[list[str]]] = {name: [] for name, dofs in acclaim.dofs.items() if dofs}
+    lines: dict[str, list[list[str]]] = {}
     frames = 0
     for words in map(str.split, text.splitlines()):
         if len(words) == 1 and words[0].isdigit():
@@ -147,15 +115,14 @@ def parse_amc(text: str, acclaim: Acclaim) -> dict[str, np.ndarray]:
                     "files-apart",
                     f"frame {frames}: '{words[0]}' does not fit its skeleton; another skeleton's file?",
                 )
-            lines[words[0]].append(words[1:])
-    short = [name for name, rows in lines.items() if len(rows) not in (0, frames)]
-    if not frames or short or not lines["root"]:
+            lines.setdefault(words[0], []).append(words[1:])
+    short = [name for name, rows in lines.items() if len(rows) != frames]
+    if short or "root" not in lines:
         raise InputError(
-            "file-damaged",
-            f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them.",
+            "file-damaged", f"expected {frames} frames of each bone: {', '.join(short) or 'root'}."
         )
     try:
-        return {name: np.array(rows, dtype=float) for name, rows in lines.items() if rows}
+        return {name: np.array(rows, dtype=float) for name, rows in lines.items()}
     except ValueError as error:
         raise InputError("file-damaged", f"the AMC file is damaged: {error}.") from None
 

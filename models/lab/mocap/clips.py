@@ -4,7 +4,6 @@ who is trained on and who is held out."""
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -111,7 +110,7 @@ def read_rows(
     return arrays
 
 
-class Listed(BaseModel):
+class _Listed(BaseModel):
     """People of each part."""
 
     train: set[str] = set()
@@ -120,11 +119,12 @@ class Listed(BaseModel):
 
 
 class _Splits(BaseModel):
-    """splits.json, by the files of motion capture."""
+    """splits.json, by the files of motion capture; `clips` are recordings of one's own."""
 
-    cmu_mocap: Listed
-    accad_mocap: Listed
-    tennis_mocap: Listed
+    cmu_mocap: _Listed = _Listed()
+    accad_mocap: _Listed = _Listed()
+    tennis_mocap: _Listed = _Listed()
+    clips: _Listed = _Listed()
 
 
 def subject_of(name: str) -> str:
@@ -147,24 +147,21 @@ def data_set(clip: Clip) -> Literal["cmu", "accad", "tennis"]:
 
 def data_folder() -> Path:
     """The folder of motion capture that PCNET3D_DATA names. InputError where it is not set, or has none."""
-    named = os.environ.get("PCNET3D_DATA")
-    if not named:
+    named = os.environ.get("PCNET3D_DATA", "")
+    if not named or not (Path(named) / "splits.json").is_file():
         raise InputError(
-            "needs-input", "Expected motion capture; set PCNET3D_DATA to the folder that has cmu_mocap.npz."
-        )
-    if not (Path(named) / "cmu_mocap.npz").is_file():
-        raise InputError(
-            "cannot-open", f"Expected cmu_mocap.npz in {named}; set PCNET3D_DATA to the folder that has it."
+            "cannot-open" if named else "needs-input",
+            f"Expected motion capture{f' in {named}' * bool(named)}; set PCNET3D_DATA to a folder with splits.json.",
         )
     return Path(named)
 
 
 def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ...]:
-    """The clips of one part of the project's own data, split by subject.
+    """The clips of one part of a data folder, split by subject.
 
-    "train" and "val" are those of every file that splits.json lists (CMU, ACCAD, tennis); "test" is CMU's; "hdm05" is
-    all of HDM05 and "tennis" the test players of tennis, test sets of their own of other people and movements, other
-    laboratories and body models. InputError for another name, or where the data is not.
+    "train" and "val" are those of every file that splits.json lists (CMU, ACCAD, tennis, one's own); "test" is theirs
+    but tennis's; "hdm05" is all of HDM05 and "tennis" the test players of tennis, test sets of their own of other
+    people and movements, other laboratories and body models. InputError for another name, or where the data is not.
     """
     if subjects not in get_args(Subjects):
         raise InputError(
@@ -175,36 +172,26 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
         return read_mocap(folder / "hdm05_subset.npz")
     path = folder / "splits.json"
     splits = dict(read_json(path, _Splits, "train, val and test subjects in JSON"))
-    _refuse_shared(
-        {part: set().union(*(getattr(of, part) for of in splits.values())) for part in PARTS}, path
-    )
+    people = {part: set().union(*(getattr(of, part) for of in splits.values())) for part in PARTS}
+    for part, other in combinations(PARTS, 2):
+        if shared := people[part] & people[other]:
+            raise InputError(
+                "wrong-content",
+                f"Expected every subject in one part of {path} only, but {', '.join(sorted(shared))} is in {part} "
+                f"and {other}.",
+            )
     part = "test" if subjects == "tennis" else subjects
     clips: list[Clip] = []
     for name, listed in splits.items():
-        people = getattr(listed, part)
-        if people and (part != "test" or (name == _TENNIS) == (subjects == "tennis")):
-            clips += _of_people(read_mocap(folder / f"{name}.npz"), people)
+        asked = getattr(listed, part)
+        if asked and (part != "test" or (name == _TENNIS) == (subjects == "tennis")):
+            clips += [clip for clip in read_mocap(folder / f"{name}.npz") if subject_of(clip.name) in asked]
     if not clips:
         raise InputError(
             "nothing-usable",
             f"Expected clips of {subjects} subjects in {folder}, but there are none of those that splits.json lists.",
         )
     return tuple(clips)
-
-
-def _of_people(clips: Sequence[Clip], people: set[str]) -> tuple[Clip, ...]:
-    return tuple(clip for clip in clips if subject_of(clip.name) in people)
-
-
-def _refuse_shared(parts: dict[str, set[str]], path: Path) -> None:
-    """InputError when somebody is in two parts of a split."""
-    for part, other in combinations(PARTS, 2):
-        if shared := parts[part] & parts[other]:
-            raise InputError(
-                "wrong-content",
-                f"Expected every subject in one part of {path} only, but {', '.join(sorted(shared))} is in {part} "
-                f"and {other}.",
-            )
 
 
 def lying(joints_world: np.ndarray) -> np.ndarray:
@@ -225,24 +212,3 @@ def trunk_lean_deg(joints: np.ndarray) -> np.ndarray:
     )
     trunk = (shoulders - hips).astype(np.float64)
     return np.asarray(angle_deg(trunk, np.broadcast_to((0.0, 0.0, 1.0), trunk.shape)))
-
-
-def read_parts(data: Path, split: Path, needed: Sequence[str] = PARTS) -> dict[str, tuple[Clip, ...]]:
-    """A file of clips by a JSON file of their subjects: {"train": [...], "val": [...],
-    "test": [...]}.
-
-    A clip's subject is its name up to the first "_". InputError when a needed part is missing or empty, somebody is in
-    two parts, or the data has no such subject.
-    """
-    clips, listed = read_mocap(data), dict(read_json(split, Listed, "train, val and test subjects in JSON"))
-    if missing := [part for part in needed if not listed[part]]:
-        raise InputError(
-            "nothing-usable",
-            f"Expected subjects for {', '.join(needed)} in {split}; {', '.join(missing)} has none.",
-        )
-    _refuse_shared(listed, split)
-    if unknown := sorted(set().union(*listed.values()) - {subject_of(clip.name) for clip in clips}):
-        raise InputError(
-            "name-unknown", f"{split} lists subjects that {data} does not have: {', '.join(unknown[:10])}."
-        )
-    return {part: _of_people(clips, people) for part, people in listed.items()}

@@ -7,12 +7,11 @@ Here are who is in a file, whether its limbs are a person's, and the one frame r
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from typer import Argument, Option
@@ -24,14 +23,14 @@ from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import write_arrays
 from ....pipeline.files.bvh import read_motion
-from ....pipeline.files.markers import Up, read_joints, z_up
+from ....pipeline.files.markers import read_joints, z_up
 from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length, upright_share
 from ....pipeline.running.progress import each
 from ....pipeline.signals.checks import chirality
-from . import asfamc, mmfi
+from . import asfamc
 from .clips import Clip
 
-_FPS = 30.0  # of the clips, but for MM-Fi's
+_FPS = 30.0  # of the clips
 _LIMBS = tuple(
     (f"{side}_{a}", f"{side}_{b}")
     for side in "lr"
@@ -42,87 +41,39 @@ _BACKWARD = 0.2  # share of knees bent forward at or below which left and right 
 _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1
 
 
-class Format(NamedTuple):
-    """pattern: of the files. files_are: in words."""
-
-    pattern: str
-    files_are: str
-
-
-FORMATS = {
-    "mmfi": Format(mmfi.PATTERN, "E01/S01/A01/ground_truth.npy"),
-    "asfamc": Format("*.[aA][mM][cC]", ".amc"),
-    "bvh": Format("*.[bB][vV][hH]", ".bvh"),
-    "joints": Format("*.[nN][pP][zZ]", ".npz"),
-}
-# The first that fits. MM-Fi comes before anything is searched through, for it has millions of files beside the joints;
-# .npz files lie beside other data as well, such as the one that this command writes.
-_ORDER = (("mmfi",), ("asfamc", "bvh"), ("joints",))
-
-
-@dataclass(frozen=True)
-class How:
-    """What the user says of the files; None leaves it to the format.
-
-    unit: of UNITS ("asf" is the one of CMU's skeletons, 0.0254 / 0.45 m). up: the file's vertical axis. fps: the files'
-    frame rate. subject: a regular expression on the path, its first group names the subject.
-    """
-
-    unit: str | None = None
-    up: Up | None = None
-    fps: float | None = None
-    subject: str | None = None
-
-
 def mocap(
-    folder: Annotated[Path, Argument(help="Motion capture: MM-Fi, ASF/AMC, BVH, or .npz with joints.")],
+    folder: Annotated[Path, Argument(help="Motion capture: ASF/AMC, BVH, or .npz with joints.")],
     output: Annotated[Path, Option("-o", "--output", help="The .npz file to write.")],
-    unit: Annotated[str | None, Option(help=f"Unit of the files: {', '.join(UNITS)}.")] = None,
-    up: Annotated[Up | None, Option(help="The files' vertical axis.")] = None,
-    fps: Annotated[float | None, Option(help="Frames per second of the files.")] = None,
-    subject: Annotated[str | None, Option(help="Regular expression on the path; group 1 is who.")] = None,
 ) -> None:
     """Convert a folder of motion capture for training and evaluation.
 
     It lists the subjects: a split needs to know them.
     """
-    if unit is not None and unit not in UNITS:
-        raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
-    if fps is not None and not fps > 0:
-        raise InputError("bad-value", f"Expected a positive frame rate, got {fps}.")
-    clips, notes = read_folder(folder, how=How(unit, up, fps, subject))
+    clips, notes = read_folder(folder)
     write_mocap(output, clips)
     for note in notes:
         say("note", note)
-    frames = sum(map(len, clips))
-    people = Counter(clip.subject for clip in clips)
-    minutes = frames / clips[0].fps / 60
-    show(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {minutes:.1f} min")
+    frames, people = sum(map(len, clips)), Counter(clip.subject for clip in clips)
+    show(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / _FPS / 60:.1f} min")
     print(
         f"{how_many(len(people), 'subject')} (clips): {', '.join(f'{who} ({n})' for who, n in sorted(people.items()))}"
     )
 
 
 def read_folder(
-    folder: Path,
-    format: str = "auto",
-    how: How | None = None,
-    only: Callable[[Path], bool] = lambda file: True,
+    folder: Path, only: Callable[[Path], bool] = lambda file: True
 ) -> tuple[list[Clip], list[str]]:
-    """The clips of a folder (or one file) at one frame rate, and a sentence for everything that was left out. only:
-    which of its files. InputError when the format is not clear, nothing could be read, or most frames have the head no
-    higher than the feet."""
-    if not folder.exists():
-        raise InputError(
-            "cannot-open", f"Expected a folder of motion capture at {folder}, found nothing there."
-        )
-    name, files = _recognised(folder, format)
-    files = [file for file in files if only(file)]
+    """The clips of a folder (or one file) at one frame rate, and a sentence for everything that was left out; .npz
+    files, which lie beside other data too, where there are no others. only: which of its files. InputError when
+    nothing could be read, or most frames have the head no higher than the feet."""
+    there = [folder] if folder.is_file() else sorted(folder.rglob("*"))
+    files = [file for file in there if file.suffix.lower() in (".amc", ".bvh") and only(file)]
+    files = files or [file for file in there if file.suffix.lower() == ".npz"]
     notes: list[str] = []
     clips: dict[str, Clip] = {}
     for file in each(files, "files", len(files)):
         try:
-            clip = _clip(file, folder if folder.is_dir() else folder.parent, name, how or How())
+            clip = _clip(file, folder if folder.is_dir() else folder.parent)
             if clip.name in clips:
                 raise InputError("wrong-content", f"there is another clip named {clip.name}.")
         except InputError as error:
@@ -132,92 +83,42 @@ def read_folder(
     if not clips:
         raise InputError(
             "format-unknown",
-            f"No file of {len(files)} in {folder} could be read as {name}"
-            + (f"; the first is {notes[0]}" if notes else ", none is of the people that are asked for."),
+            f"Expected motion capture in {folder}, .amc with .asf, .bvh, or .npz with joints; "
+            + (f"{notes[0]}" if notes else "found nothing there."),
         )
     share = upright_share(np.concatenate([clip.joints for clip in clips.values()]))
     if share < 0.5:
         raise InputError(
             "wrong-axes",
-            f"Only in {100 * share:.0f} % of the frames is the head above the feet; "
-            + ("MM-Fi's people stand." if name == "mmfi" else "say which axis is up with --up."),
+            f"Only in {100 * share:.0f} % of the frames is the head above the feet; turn the recordings.",
         )
-    if name == "mmfi":
-        mmfi.check(list(clips.values()))
     return list(clips.values()), notes
 
 
-def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
-    for names in _ORDER if format == "auto" else ((format,),):
-        there = {name: files for name in names if (files := _files(folder, name))}
-        if len(there) > 1:
-            raise InputError(
-                "format-ambiguous",
-                f"{folder} holds files of {' and '.join(there)}; give a folder that holds those of one alone.",
-            )
-        if there:
-            return next(iter(there.items()))
-    wanted = FORMATS if format == "auto" else (format,)
-    kinds = ", ".join(FORMATS[name].files_are for name in wanted)
-    raise InputError("nothing-usable", f"Expected motion capture ({kinds}) in {folder}, found none.")
-
-
-def _files(folder: Path, format: str) -> list[Path]:
-    pattern = FORMATS[format].pattern
-    if folder.is_file():
-        return [folder] if folder.match(pattern) else []
-    if format == "mmfi":
-        return sorted({*folder.glob(pattern), *folder.glob(f"*/{pattern}")})
-    return sorted(folder.rglob(pattern))
-
-
-def _clip(path: Path, folder: Path, format: str, how: How) -> Clip:
+def _clip(path: Path, folder: Path) -> Clip:
     """The recording of a file; InputError for anything else."""
-    if format == "mmfi":
-        if how != How():
-            raise InputError(
-                "option-conflict",
-                "units, axes, frame rate and subjects of MM-Fi are known; leave the options out.",
-            )
-        return mmfi.read(path)
     owner = None
-    if format == "asfamc":
-        joints, owner = asfamc.read(path, UNITS[how.unit] if how.unit else None, how.up or "y")
-        fps = asfamc.FPS
-    elif format == "bvh":
+    if path.suffix.lower() == ".amc":
+        joints, owner = asfamc.read(path)
+        source, fps = "asfamc", asfamc.FPS
+    elif path.suffix.lower() == ".bvh":
         with readable(path, "a BVH file"):
-            motion = read_motion(path.read_text(encoding="utf-8", errors="replace"), how.unit)
-        joints, fps = z_up(motion.joints, how.up or "y"), motion.fps
+            motion = read_motion(path.read_text(encoding="utf-8", errors="replace"))
+        source, joints, fps = "bvh", z_up(motion.joints, "y"), motion.fps
     else:
-        held = read_joints(path, how.fps)
-        joints = h36m17_named(held.points * UNITS[how.unit or held.unit], held.names)
-        joints = z_up(joints, how.up or held.up)
-        fps = 1 / float(held.time_s[1]) if len(joints) > 1 else 1.0  # one frame has no rate
+        held = read_joints(path)
+        joints = z_up(h36m17_named(held.points * UNITS[held.unit], held.names), held.up)
+        source, fps = "joints", 1 / float(held.time_s[1]) if len(joints) > 1 else 1.0  # one frame has no rate
     joints = joints.astype(np.float32)
     require_plausible(joints)
-    subject, name = label(path, folder, how.subject, owner)
-    return resampled(Clip(name, subject, format, how.fps or fps, joints), _FPS)
+    subject, name = label(path, folder, owner)
+    return resampled(Clip(name, subject, source, fps, joints), _FPS)
 
 
-def label(path: Path, folder: Path, pattern: str | None, owner: str | None = None) -> tuple[str, str]:
-    """Subject and clip name of a file; the name is the subject, "_" and the rest.
-
-    Without a pattern the subject is the owner of the skeleton, where the file names one, or the file name up to the
-    first "_", or else the name of the file's folder. InputError when the pattern is not found in the path.
-    """
-    if pattern:
-        try:
-            match = re.search(pattern, path.relative_to(folder).as_posix())
-        except re.error as error:
-            raise InputError(
-                "bad-value", f"Expected a regular expression for the subject, got '{pattern}': {error}."
-            ) from None
-        if not (match and match.groups() and match[1]):
-            raise InputError(
-                "bad-value", f"the pattern '{pattern}' finds no subject (its first group) in the path."
-            )
-        subject = match[1]
-    elif owner is not None:
+def label(path: Path, folder: Path, owner: str | None = None) -> tuple[str, str]:
+    """Subject and clip name of a file; the name is the subject, "_" and the rest. The subject is the owner of the
+    skeleton, where the file names one, or the file name up to the first "_", or else the name of the file's folder."""
+    if owner is not None:
         subject = owner
     elif "_" in path.stem.strip("_"):
         subject = path.stem.partition("_")[0]
@@ -234,9 +135,7 @@ def require_plausible(joints: np.ndarray) -> None:
         raise InputError("nothing-usable", "expected frames with all joints, got none, or NaN among them.")
     leg = leg_length(joints)
     if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
-        raise InputError(
-            "wrong-axes", f"expected metres, got legs {leg:.4g} long; give the unit with --unit."
-        )
+        raise InputError("wrong-axes", f"expected metres, got legs {leg:.4g} long; in metres.")
     for start, end in _LIMBS:
         length = np.linalg.norm(joints[:, H36M17.index(start)] - joints[:, H36M17.index(end)], axis=-1)
         if length.std() > _LIMB_SPREAD * length.mean():
@@ -271,10 +170,8 @@ def resampled(clip: Clip, fps: float) -> Clip:
 
 
 def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
-    """What read_mocap reads, rounded to 0.1 mm. InputError when the clips' frame rates differ or nothing can be
-    written there."""
-    if len({clip.fps for clip in clips}) != 1:
-        raise InputError("files-apart", "Expected clips of one frame rate to write into one file.")
+    """What read_mocap reads, of clips of one frame rate, rounded to 0.1 mm. InputError when nothing can be written
+    there."""
     world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
     root = world[:, H36M17.index("pelvis")]
     try:

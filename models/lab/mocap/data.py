@@ -21,7 +21,7 @@ from ....pipeline.core.messages import how_many, say
 from ....pipeline.files.atomic import refuse_unwritable, write_json
 from ....pipeline.files.digest import sha256
 from .clips import Clip, read_mocap, subject_of
-from .convert import How, read_folder, write_mocap
+from .convert import read_folder, write_mocap
 
 # The people of each part, by file.
 SPLITS: dict[str, dict[str, list[str]]] = json.loads(
@@ -69,16 +69,14 @@ def of_tennis(clip: Clip) -> Clip:
 @dataclass(frozen=True)
 class Source:
     """file: in the data folder, without an ending. name, what, address, licence: in words, for who has to fetch it.
-    format: of convert.FORMATS. who: files.How's `subject`. made: what is changed in a clip as it was read."""
+    made: what is changed in a clip as it was read."""
 
     file: str
     name: str
     what: str
     address: str
     licence: str
-    format: str
     made: Callable[[Clip], Clip]
-    who: str | None = None
 
     @property
     def way(self) -> str:
@@ -88,19 +86,19 @@ class Source:
 SOURCES = {
     "cmu": Source(
         "cmu_mocap", "CMU's motion capture", "all ASF/AMC files", "mocap.cs.cmu.edu",
-        "free for all uses, the data itself not to be resold", "asfamc", with_whole_forearms,
+        "free for all uses, the data itself not to be resold", with_whole_forearms,
     ),
     "accad": Source(
         "accad_mocap", "ACCAD's Open Motion Project", "the BVH files of Male1, Male2 and Female1",
-        "accad.osu.edu (Motion Lab)", "CC BY 3.0", "bvh", of_accad, r"((?:Male|Female)\d)",
+        "accad.osu.edu (Motion Lab)", "CC BY 3.0", of_accad,
     ),
     "tennis": Source(
         "tennis_mocap", "Tennis-MoCap", "a folder of BVH files for each player",
-        "the authors of LNCS 10125, pp. 309-317", "CC BY-SA 3.0", "bvh", of_tennis,
+        "the authors of LNCS 10125, pp. 309-317", "CC BY-SA 3.0", of_tennis,
     ),
     "hdm05": Source(
         "hdm05_subset", "HDM05", "the cut AMC files with their ASF skeletons", "resources.mpi-inf.mpg.de/HDM05",
-        "CC BY-SA 3.0", "asfamc", with_whole_forearms,
+        "CC BY-SA 3.0", with_whole_forearms,
     ),
 }  # fmt: skip
 
@@ -163,13 +161,8 @@ def converted(source: Source, folder: Path) -> list[Clip]:
         raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
-    by_file = people if source.format == "asfamc" else set()
-    clips, notes = read_folder(
-        folder,
-        source.format,
-        How(subject=source.who),
-        only=lambda file: not by_file or subject_of(file.stem) in by_file,
-    )
+    all_files = source.file != "cmu_mocap"
+    clips, notes = read_folder(folder, only=lambda file: all_files or subject_of(file.stem) in people)
     for note in notes:
         say("note", note)
     clips = [source.made(clip) for clip in clips]

@@ -22,7 +22,8 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate
 from ....pipeline.files.arrays import load
-from ....pipeline.files.skeletons import leg_length
+from ....pipeline.files.skeletons import leg_length, upright_share
+from ....pipeline.running.progress import each
 from ....pipeline.signals.checks import chirality
 from .clips import Clip
 
@@ -32,25 +33,40 @@ SUBJECTS = tuple(f"S{i:02d}" for i in range(1, 41))
 # Who is tested, of all 40, in all actions: across subjects every fifth, across environments those recorded in E04.
 PROTOCOLS = {"S2": set(SUBJECTS[4::5]), "S3": set(SUBJECTS[30:])}
 
-_ACTIONS = tuple(f"A{i:02d}" for i in range(1, 28))
 _LEG_M = (0.5, 1.15)
 _PC_FROM_CAMERA = PC_CAMERA.basis @ CAMERA.basis.T
 # Raising and waving the left hand, and the right one (the toolbox's README).
 _ONE_HAND = {"A13": "l", "A17": "l", "A14": "r", "A18": "r"}
 
 
-def read(path: Path) -> Clip:
-    """One recording, in metres, named by subject and action ("S05_A13"). InputError for a file that is no such
-    recording."""
+def read_tree(tree: Path) -> tuple[list[Clip], list[str]]:
+    """The recordings of a tree, named by subject and action ("S05_A13"), and a sentence for each that was left out.
+    InputError where there is none, and of recordings that contradict what is assumed of their joints."""
+    clips: list[Clip] = []
+    notes: list[str] = []
+    files = sorted({*tree.glob(PATTERN), *tree.glob(f"*/{PATTERN}")})
+    for path in each(files, "files", len(files)):
+        try:
+            clips.append(_read(path))
+        except InputError as error:
+            notes.append(f"left out {error}" if str(path) in str(error) else f"left out {path}: {error}")
+    if not clips:
+        raise InputError(
+            "nothing-usable", f"Expected recordings as {PATTERN} in {tree}{f'; {notes[0]}' if notes else '.'}"
+        )
+    check(clips)
+    return clips, notes
+
+
+def _read(path: Path) -> Clip:
+    """One recording, in metres. InputError for a file that is no such recording."""
     environment, subject, action = path.parts[-4:-1]
-    if subject not in SUBJECTS or action not in _ACTIONS or environment != _environment(subject):
-        raise InputError("name-unknown", f"MM-Fi has no {environment}/{subject}/{action}.")
-    joints = load(path, ("frames", 17, 3))
-    if joints.dtype.kind != "f":
-        raise InputError("wrong-content", f"expected numbers with fractions, got {joints.dtype}.")
+    if subject not in SUBJECTS or environment != f"E{(int(subject[1:]) - 1) // 10 + 1:02d}":
+        raise InputError("name-unknown", f"MM-Fi has no {environment}/{subject}.")
+    joints = load(path, ("frames", 17, 3)).astype(np.float64)
     if not np.isfinite(joints).all():
         raise InputError("wrong-content", "expected joints in every frame, got NaN or infinite ones.")
-    world = rotate(_PC_FROM_CAMERA, joints.astype(np.float64)).astype(np.float32)
+    world = rotate(_PC_FROM_CAMERA, joints).astype(np.float32)
     if not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
         raise InputError("wrong-axes", f"expected metres, got legs {leg_length(world):.3g} long.")
     return Clip(f"{subject}_{action}", subject, "mmfi", FPS, world)
@@ -58,25 +74,24 @@ def read(path: Path) -> Clip:
 
 def check(clips: Sequence[Clip]) -> None:
     """InputError when the recordings together contradict what is assumed of joints and axes: left and right, by which
-    way knees and nose point and by which hand moves in A13, A14, A17 and A18, and people who face the sensor."""
+    way knees and nose point and by which hand moves in A13, A14, A17 and A18, and people who stand and face the
+    sensor."""
     joints = np.concatenate([clip.joints for clip in clips])
     sides = chirality(PoseSequence(joints, H36M17, Z_UP))
-    of_one_hand = [clip for clip in clips if clip.name[-3:] in _ONE_HAND]
-    moves = [_hand_that_moves(clip) == _ONE_HAND[clip.name[-3:]] for clip in of_one_hand]
+    moves = [_hand_that_moves(clip) == hand for clip in clips if (hand := _ONE_HAND.get(clip.name[-3:]))]
     if sides.verdict in ("wrong", "legs against arms") or (moves and np.mean(moves) < 0.5):
         raise InputError(
             "sides-swapped",
-            "Expected MM-Fi's joints in Human3.6M's order, right leg first, x right, y down, z away, but left and "
-            f"right contradict that: {sides}; the hand that should move does in {sum(moves)} of "
-            f"{how_many(len(moves), 'clip')} of one hand.",
+            "Expected MM-Fi's joints in Human3.6M's order, right leg first, but left and right contradict that: "
+            f"{sides}; the hand that should move does in {sum(moves)} of {how_many(len(moves), 'clip')} of one hand.",
         )
     hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
-    facing = float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
-    if facing < 0.5:
+    stand, face = upright_share(joints), float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
+    if min(stand, face) < 0.5:
         raise InputError(
             "wrong-axes",
-            "Expected people who face MM-Fi's sensor, x right, y down, z away, but only "
-            f"{100 * facing:.0f} % of the frames do.",
+            "Expected people who stand and face MM-Fi's sensor, x right, y down, z away, but only "
+            f"{100 * min(stand, face):.0f} % of the frames do.",
         )
 
 
@@ -88,7 +103,3 @@ def _hand_that_moves(clip: Clip) -> str:
         return float(np.linalg.norm(arm - arm.mean(axis=0), axis=-1).mean())
 
     return max("lr", key=way)
-
-
-def _environment(subject: str) -> str:
-    return f"E{(int(subject[1:]) - 1) // 10 + 1:02d}"

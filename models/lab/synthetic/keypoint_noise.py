@@ -17,13 +17,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Any
 
 import torch
-from pydantic import AfterValidator
 from torch import Tensor
 
-from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import Array, dot, length, picked
 from ..common.config import Share, Size
@@ -118,15 +116,6 @@ _GROUPS = (
 SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person holds a posture
 
 
-def _known(joint: str) -> str:
-    if joint not in H36M17.joints:
-        raise InputError("bad-value", f"expected a joint of {', '.join(H36M17.joints)}")
-    return joint
-
-
-Joint = Annotated[str, AfterValidator(_known)]
-
-
 @dataclass(frozen=True)
 class Spoilt:
     """What spoils keypoints besides the formula, as shares of the windows."""
@@ -137,7 +126,7 @@ class Spoilt:
     slow: Size = 0.0
     truncated: Share = 0.0  # the image ends somewhere in the body, mostly below
     occluded: Share = 0.0  # a part of the body is not seen for long
-    absent: dict[Joint, Share] = field(default_factory=dict)  # joints that the detector does not have at all
+    absent: dict[str, Share] = field(default_factory=dict)  # joints that the detector does not have at all
 
 
 def detect(

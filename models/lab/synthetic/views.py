@@ -9,13 +9,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...common.vectors import Array, library_of
-from ..mocap.clips import read_rows, subject_of
+from ..mocap.clips import read_rows
 
 View = Literal["paper", "wide"]
 # What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed
@@ -103,16 +102,6 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
         parts.append([array[fine] for array in frames])
         clips += map(str, held["clip"])
     return Lifted(*map(np.concatenate, zip(*parts, strict=True)), clips=tuple(clips))
-
-
-def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str) -> None:
-    """InputError when a clip of `train` and one of `other` are of one subject (clips.subject_of)."""
-    shared = {subject_of(name) for name in train} & {subject_of(name) for name in other}
-    if shared:
-        raise InputError(
-            "files-apart",
-            f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}.",
-        )
 
 
 def about(axis: int, angle_deg: Array) -> Array:

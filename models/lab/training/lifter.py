@@ -11,16 +11,15 @@ DIR gets lifter.onnx and what loop.py keeps there.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import torch
-from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
+from pydantic import Field, NonNegativeInt, PositiveInt
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError
@@ -31,13 +30,13 @@ from ...lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
 from ..common.config import Share
 from ..common.metrics import by_person, scaled
 from ..evaluation.testbed import MIN_FRAMES, see
-from ..mocap.clips import Clip, lying, read_clips, read_parts
+from ..mocap.clips import Clip, lying, read_clips
 from ..synthetic.bodies import CHILDREN, PARENTS, STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ..synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ..synthetic.draw import Draw
-from ..synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise, Spoilt, detect
+from ..synthetic.keypoint_noise import Noise, Spoilt, detect
 from ..synthetic.poses import MotionRange, varied
-from .loop import State, Training, device_of, fingerprint, fit, load_weights, write_onnx
+from .loop import Training, device_of, fingerprint, fit, load_weights, write_onnx
 
 _PELVIS = H36M17.index("pelvis")
 _JOINTS = len(H36M17)
@@ -147,10 +146,6 @@ class LifterNet(nn.Module):
             chains[child, bone] = 1
         self.register_buffer("lengths", lengths, persistent=False)
         self.register_buffer("chains", chains, persistent=False)
-
-    def matrices(self) -> list[nn.Parameter]:
-        """Those that Muon is for."""
-        return [p for p in self.blocks.parameters() if p.ndim == 2]
 
     def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         return self.answer(self.hidden(self.tokens(features)), features)
@@ -362,21 +357,11 @@ def _velocity(values: Tensor) -> Tensor:
 _SEED = 1
 
 
-class Condition(NamedTuple):
-    """Before what cameras, whether keypoints and focal length are exact, and whether up is told."""
-
-    views: ViewRange
-    exact: bool = False
-    up_known: bool = False
-
-
-CONDITIONS = {
-    "wild": Condition(WILD),
-    "typical": Condition(TYPICAL),
-    "wild_up": Condition(WILD, up_known=True),
-    "exact": Condition(WILD, exact=True),
+CONDITIONS = {  # before what cameras, and whether up is told
+    "wild": (WILD, False),
+    "typical": (TYPICAL, False),
+    "wild_up": (WILD, True),
 }
-SCORED = ("wild", "typical", "wild_up")  # those whose mean chooses
 
 
 @dataclass(frozen=True, eq=False)
@@ -400,16 +385,19 @@ def whole_takes(clips: Sequence[Clip]) -> dict[str, list[Take]]:
             f"Expected a clip to validate on of {MIN_FRAMES} frames or more in which somebody is upright, but there is "
             "none; add one to the split's val.",
         )
-    return {name: [_take(clip, each) for clip in judged] for name, each in CONDITIONS.items()}
+    return {
+        name: [_take(clip, views, up_known) for clip in judged]
+        for name, (views, up_known) in CONDITIONS.items()
+    }
 
 
-def _take(clip: Clip, condition: Condition) -> Take:
-    seen = see(clip, _SEED, noise=EXACT_KEYPOINTS if condition.exact else None, views=condition.views)
+def _take(clip: Clip, views: ViewRange, up_known: bool) -> Take:
+    seen = see(clip, _SEED, views=views)
     size = np.asarray(seen.image_size, dtype=float)
-    focal = seen.focal_px if condition.exact else ASSUMED_FOCAL * size.max()
-    up = np.tile(seen.up, (len(clip), 1)) if condition.up_known else None
+    focal = np.asarray(ASSUMED_FOCAL * size.max())
+    up = np.tile(seen.up, (len(clip), 1)) if up_known else None
     x, R_camera_from_ray = features(
-        seen.keypoints.joints.astype(float), seen.keypoints.confidence, size, np.asarray(focal), up
+        seen.keypoints.joints.astype(float), seen.keypoints.confidence, size, focal, up
     )
     truth = rotate(transpose(R_camera_from_ray), seen.truth) * (STANDARD_SIZE_M / size_m(seen.truth))
     there = x[:, 3 * 17 : 4 * 17].any(axis=-1)
@@ -418,20 +406,19 @@ def _take(clip: Clip, condition: Condition) -> Take:
 
 @torch.no_grad()
 def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.device) -> dict[str, float]:
-    """MPJPE in mm of a standard body, the scale aligned in every frame, of every condition: means over the frames of a
-    take, over a person's takes, over people; and the mean of SCORED as the "score"."""
+    """MPJPE in mm of a standard body, the scale aligned in every frame, of every condition: means over the upright
+    frames of a take, over a person's takes, over people; and the mean of all conditions as the "score"."""
+
+    def error_mm(take: Take) -> np.ndarray:
+        joints = net(take.x.to(device))[0][0].float().cpu().numpy().astype(np.float64)[take.upright]
+        truth = take.joints[take.upright]
+        return np.array([1000 * joint_error(scaled(joints, truth), truth).mean()])
+
     figures: dict[str, float] = {}
     for name, each in takes.items():
-        people = by_person((take.person, _error_mm(net, take, device)) for take in each if take.upright.any())
+        people = by_person((take.person, error_mm(take)) for take in each if take.upright.any())
         figures[name] = float(np.mean([*people.values()]))
-    return figures | {"score": float(np.mean([figures[name] for name in SCORED]))}
-
-
-def _error_mm(net: torch.nn.Module, take: Take, device: torch.device) -> np.ndarray:
-    """(1,) mean over a take's upright frames."""
-    joints = net(take.x.to(device))[0][0].float().cpu().numpy().astype(np.float64)[take.upright]
-    truth = take.joints[take.upright]
-    return np.array([1000 * joint_error(scaled(joints, truth), truth).mean()])
+    return figures | {"score": float(np.mean([*figures.values()]))}
 
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
@@ -449,6 +436,9 @@ VELOCITY = 0.5  # of the stated velocities, metres a frame
 DEVIATION = 0.005  # negative log-likelihood of the stated deviations, which teaches them and nothing else
 
 
+Weight = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
 class TrainConfig(Training):
     """The whole of a training run."""
 
@@ -457,45 +447,35 @@ class TrainConfig(Training):
     # The first steps see single frames, as many different people and views as there are frames, which teaches geometry
     # several times faster; then windows teach what time adds.
     single: NonNegativeInt = 0
-    lengths: dict[PositiveInt, NonNegativeFloat]  # of windows, in frames: how often (the sum does not matter)
+    lengths: dict[PositiveInt, Weight] = Field(min_length=1)  # of windows, in frames: how often
     net: NetConfig = NetConfig()
     material: Material
-
-    @field_validator("lengths")
-    @classmethod
-    def _some(cls, lengths: dict[int, float]) -> dict[int, float]:
-        if not 0 < sum(lengths.values()) < math.inf:
-            raise InputError("bad-value", "expected a length with a share above 0")
-        return lengths
 
 
 def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
     """Run a config, or what is left of it. InputError as of `fit`."""
     on = device_of(device)
     torch.manual_seed(config.seed)
-    clips, val = clips_of(config)
+    clips = {"train": read_clips("train"), "val": read_clips("val")}
     net = LifterNet(config.net)
     if config.start is not None:
         net = load_weights(net, config.start)
     net = net.to(on)
-    parts = {"train": clips, "val": val}
-    learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, of in parts.items() for c in of)
-    state = State(net, net.matrices(), config, learns_from)
-    if on.type == "cuda":  # one graph instead of thousands of small operations; on a CPU it gains nothing
-        net.hidden = torch.compile(net.hidden, dynamic=False)  # type: ignore[method-assign]
-    windows = Windows(clips, config.material, on)
-    takes = whole_takes(val)
+    # On a GPU one graph instead of thousands of small operations; on a CPU it gains nothing.
+    layers = torch.compile(net.hidden, dynamic=False) if on.type == "cuda" else net.hidden
+    windows, takes = Windows(clips["train"], config.material, on), whole_takes(clips["val"])
 
     def loss_of(step: int) -> Tensor:
         batch = windows.batch(Draw(config.seed, step, on), *_shape(config, step))
         tokens = net.tokens(batch.x)
         with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
-            hidden = net.hidden(tokens)
+            hidden = layers(tokens)
         return loss(net.answer(hidden, batch.x), batch)
 
-    fit(state, loss_of, lambda average: judged(average, takes, on), output)
+    matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
+    fit(net, matrices, config, fingerprint(clips), loss_of, lambda net: judged(net, takes, on), output)
     best = load_weights(LifterNet(config.net), output / "best.pt")
-    export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=config.trained_on)
+    export(best, output / "lifter.onnx", reach=config.net.reach, trained_on="train")
 
 
 def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch) -> Tensor:
@@ -521,11 +501,3 @@ def _shape(config: TrainConfig, step: int) -> tuple[int, int]:
     lengths, shares = (np.array(list(part)) for part in (config.lengths, config.lengths.values()))
     length = 1 if step <= config.single else int(rng.choice(lengths, p=shares / shares.sum()))
     return max(config.frames // length, 1), length
-
-
-def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], tuple[Clip, ...]]:
-    """Those to train on, and those to validate on."""
-    if config.data is not None and config.split is not None:
-        parts = read_parts(config.data, config.split, ("train", "val"))
-        return parts["train"], parts["val"]
-    return read_clips("train"), read_clips("val")

@@ -14,12 +14,11 @@ import json
 import math
 import time
 import warnings
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import torch
@@ -31,14 +30,13 @@ from pydantic import (
     NonNegativeInt,
     PositiveFloat,
     PositiveInt,
-    model_validator,
 )
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError, needed_for, readable
 from ....pipeline.files.atomic import whole_file, write_text
-from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
+from ..mocap.clips import Clip
 
 CHECKPOINT = "checkpoint.pt"
 SAVED_EVERY_S = 60.0  # so much is lost at most when a run is killed
@@ -76,10 +74,6 @@ class Training(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str  # what `pcnet3d lab train` trains with the file
-    # A file of `pcnet3d lab mocap` and one of its train and val subjects (mocap/clips.py), instead of the motion
-    # capture that the shipped networks saw.
-    data: Path | None = None
-    split: Path | None = None
     # Weights to begin with: best.pt of a run of the same net; for the rectifier also its .onnx file, or "pcnet", the
     # shipped one.
     start: Path | None = None
@@ -87,156 +81,107 @@ class Training(BaseModel):
     bf16: bool  # the inner layers compute in bfloat16
     schedule: Schedule
 
-    @model_validator(mode="after")
-    def _own_data(self) -> Self:
-        if (self.data is None) != (self.split is None):
-            raise InputError(
-                "needs-input", "expected `data` and `split` together: clips, and which of them to train on"
-            )
-        return self
-
-    @property
-    def trained_on(self) -> str:
-        """Whom the network learns from, as its file says it."""
-        return f"{self.data.name}, {self.split.name}" if self.data and self.split else "train"
-
-
-class State:
-    """Everything that a run needs to go on exactly, for batches depend on the seed and the step only."""
-
-    def __init__(
-        self, net: nn.Module, matrices: Iterable[nn.Parameter], config: Training, learns_from: str
-    ) -> None:
-        """matrices: of the net, those that Muon is for. learns_from: the `fingerprint` of what it is trained and
-        validated on."""
-        self.net, self.config, self.learns_from = net, config, learns_from
-        self.optimisers = optimisers_of(net, config.schedule, matrices)
-        self.average = deepcopy(net).eval()
-        self.step, self.best = 0, math.inf
-
-    def save(self, folder: Path) -> None:
-        """Killed at any moment, the last checkpoint stays whole."""
-        with whole_file(folder / CHECKPOINT) as partial:
-            torch.save(
-                {
-                    "config": self.config.model_dump_json(),
-                    "learns_from": self.learns_from,
-                    "net": self.net.state_dict(),
-                    "average": self.average.state_dict(),
-                    "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
-                    "step": self.step,
-                    "best": self.best,
-                },
-                partial,
-            )
-
-    def load(self, folder: Path) -> None:
-        """Go on from the folder's checkpoint, if it has one. InputError when it is damaged, of another network or
-        config, or learned from something else."""
-        path = folder / CHECKPOINT
-        if not path.exists():
-            return
-        with reading(path):
-            saved = _unpickled(path, next(self.net.parameters()).device)
-            for key, now, what in (
-                ("config", self.config.model_dump_json(), "was made with another config"),
-                ("learns_from", self.learns_from, "learned from other recordings or another split"),
-            ):
-                if saved[key] != now:
-                    raise InputError(
-                        "already-there",
-                        f"{path} {what} than this; choose another -o DIR, or put back what it was made with.",
-                    )
-            self.net.load_state_dict(saved["net"])
-            self.average.load_state_dict(saved["average"])
-            for optimiser, state in zip(self.optimisers, saved["optimisers"], strict=True):
-                optimiser.load_state_dict(state)
-            self.step, self.best = int(saved["step"]), saved["best"]
-
 
 def fit(
-    state: State,
+    net: nn.Module,
+    matrices: Iterable[nn.Parameter],
+    config: Training,
+    learns_from: str,
     loss_of: Callable[[int], Tensor],
     look: Callable[[nn.Module], dict[str, float]],
     output: Path,
 ) -> None:
     """The loop: all steps of the config that the output folder's checkpoint has not made yet.
 
-    loss_of(step): of state.net, the same for the same step. look(average): figures of the validation; the lower its
-    "score", the better. InputError as of State.load, when a loss, gradient or figure is no number any more, or the
-    device has no memory left; the last checkpoint stays.
+    matrices: of the net, those that Muon is for. learns_from: the `fingerprint` of what it is trained and validated on.
+    loss_of(step): of the net, the same for the same step. look(average): figures of the validation; the lower its
+    "score", the better. InputError for a checkpoint that is damaged, of another network or config, or learned from
+    something else, and when a loss, gradient or figure is no number any more; the last checkpoint stays.
     """
-    config, schedule = state.config, state.config.schedule
+    schedule, device = config.schedule, next(net.parameters()).device
+    optimisers, average = optimisers_of(net, schedule, matrices), deepcopy(net).eval()
+    # What a run needs to go on exactly, for batches depend on the seed and the step only.
+    parts = {"net": net, "average": average, **{type(each).__name__: each for each in optimisers}}
+    run = {"config": config.model_dump_json(), "learns_from": learns_from, "step": 0, "best": math.inf}
     output.mkdir(parents=True, exist_ok=True)
-    state.load(output)
+    if (output / CHECKPOINT).exists():
+        run |= _loaded(output / CHECKPOINT, run, parts, device)
     write_text(output / "config.json", config.model_dump_json(indent=1, exclude_none=True))
-    device = next(state.net.parameters()).device
-    parameters = sum(p.numel() for p in state.net.parameters())
-    print(f"{parameters:,} parameters, {device}, from step {state.step}", flush=True)
+    print(
+        f"{sum(p.numel() for p in net.parameters()):,} parameters, {device}, from step {run['step']}",
+        flush=True,
+    )
     saved = start = time.perf_counter()
     losses: list[float] = []
     with open(output / "log.jsonl", "a", encoding="utf-8") as log, counted("train", schedule.steps) as tell:
-        for step in range(state.step + 1, schedule.steps + 1):
+        for step in range(run["step"] + 1, schedule.steps + 1):
             torch.manual_seed(config.seed + step)  # for dropout
-            try:
-                losses.append(_learn(state, step, loss_of, output))
-            except torch.OutOfMemoryError:
-                raise InputError(
-                    "no-device",
-                    f"The device has no memory left at step {step}; {_kept(output)}. Make the batch smaller.",
-                ) from None
-            state.step = step
+            net.train()
+            loss = loss_of(step)
+            net.zero_grad(set_to_none=True)
+            loss.backward()
+            norm = torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
+            _refuse_lost(loss.item() + float(norm), "The loss or a gradient", step)
+            for optimiser in optimisers:
+                for group in optimiser.param_groups:
+                    group["lr"] = schedule.rate * schedule.share(step)
+                optimiser.step()
+            decay = min(schedule.average, step / (step + 10))
+            with torch.no_grad():
+                torch._foreach_lerp_(list(average.parameters()), list(net.parameters()), 1 - decay)
+            losses.append(loss.item())
+            run["step"] = step
             tell(step)
             if step % schedule.every == 0 or step == schedule.steps:
-                figures = look(state.average)
-                _refuse_lost(figures["score"], "A figure of the validation", step, output)
+                figures = look(average)
+                _refuse_lost(figures["score"], "A figure of the validation", step)
                 line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
                 line |= {"loss": float(np.mean(losses)), **figures}
                 losses.clear()
                 log.write(json.dumps(line) + "\n")
                 log.flush()
                 print({key: round(value, 4) for key, value in line.items()}, flush=True)
-                if figures["score"] < state.best:
-                    state.best = figures["score"]
-                    with whole_file(output / "best.pt") as partial:
-                        torch.save(state.average.state_dict(), partial)
+                if figures["score"] < run["best"]:
+                    run["best"] = figures["score"]
+                    _save(average.state_dict(), output / "best.pt")
             elif time.perf_counter() - saved < SAVED_EVERY_S:
                 continue
-            state.save(output)
+            _save(run | {name: part.state_dict() for name, part in parts.items()}, output / CHECKPOINT)
             saved = time.perf_counter()
 
 
-def _learn(state: State, step: int, loss_of: Callable[[int], Tensor], output: Path) -> float:
-    """The loss of a step, after which the network has learned from it. InputError where it is no number."""
-    schedule = state.config.schedule
-    state.net.train()
-    loss = loss_of(step)
-    state.net.zero_grad(set_to_none=True)
-    loss.backward()
-    norm = torch.nn.utils.clip_grad_norm_(state.net.parameters(), 1.0)
-    _refuse_lost(loss.item(), "The loss", step, output)
-    _refuse_lost(float(norm), "A gradient", step, output)
-    for optimiser in state.optimisers:
-        for group in optimiser.param_groups:
-            group["lr"] = schedule.rate * schedule.share(step)
-        optimiser.step()
-    with torch.no_grad():
-        decay = min(schedule.average, step / (step + 10))
-        torch._foreach_lerp_(list(state.average.parameters()), list(state.net.parameters()), 1 - decay)
-    return loss.item()
+def _save(content: dict[str, Any], path: Path) -> None:
+    """Killed at any moment, the last file stays whole."""
+    with whole_file(path) as partial:
+        torch.save(content, partial)
 
 
-def _refuse_lost(value: float, what: str, step: int, output: Path) -> None:
+def _loaded(
+    path: Path, run: dict[str, Any], parts: Mapping[str, Any], device: torch.device
+) -> dict[str, Any]:
+    """The step and the best score of a checkpoint of the same run, whose state the parts get."""
+    with reading(path):
+        saved = torch.load(path, weights_only=True, map_location=device)  # unpickles nothing but tensors
+        for key, what in (
+            ("config", "was made with another config"),
+            ("learns_from", "learned from other recordings or another split"),
+        ):
+            if saved[key] != run[key]:
+                raise InputError(
+                    "already-there",
+                    f"{path} {what} than this; choose another -o DIR, or put back what it was made with.",
+                )
+        for name, part in parts.items():
+            part.load_state_dict(saved[name])
+        return {"step": saved["step"], "best": saved["best"]}
+
+
+def _refuse_lost(value: float, what: str, step: int) -> None:
     if not math.isfinite(value):
         raise InputError(
             "bad-value",
-            f"{what} became {value} at step {step}; {_kept(output)}. Lower `rate`, or look at the data.",
+            f"{what} became {value} at step {step}; the last checkpoint stays. Lower `rate`, or look at the data.",
         )
-
-
-def _kept(output: Path) -> str:
-    last = output / CHECKPOINT
-    return f"the last good checkpoint, {last}, stays" if last.exists() else "there was no checkpoint yet"
 
 
 def optimisers_of(
@@ -264,59 +209,41 @@ def optimisers_of(
     return [muon, adamw]
 
 
-def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
-    """SHA-256 of arrays (...,) of any shape with their names, in their order."""
+def fingerprint(clips: Mapping[str, Sequence[Clip]], *more: np.ndarray) -> str:
+    """SHA-256 of the clips of each part, their names and their order, and of more arrays."""
     whole = hashlib.sha256()
-    for name, array in arrays:
-        whole.update(f"{name} {array.shape} {array.dtype}\n".encode())
+    for part, of_part in clips.items():
+        for clip in of_part:
+            whole.update(f"{part} {clip.name}\n".encode())
+            whole.update(clip.joints.tobytes())
+    for array in more:
         whole.update(array.tobytes())
     return whole.hexdigest()
 
 
 @contextmanager
-def reading(path: Path, expected: str = "a checkpoint") -> Iterator[Path]:
+def reading(path: Path, expected: str = "a checkpoint") -> Iterator[None]:
     """For reading a checkpoint, or what else is `expected`: InputError in words for whatever is wrong with it."""
     try:
         with readable(path, expected):
-            yield path
+            yield
     except InputError:
         raise
     except Exception as error:  # torch's errors have no common class but Exception, and advise to unpickle
         reason = (str(error).splitlines() or [""])[:2][-1].strip(" \t.")[:200]
-        way = (
-            "remove it to start anew, or choose another -o DIR"
-            if expected == "a checkpoint"
-            else "give another file"
-        )
         raise InputError(
             "file-damaged",
-            f"Expected {expected} at {path}, but it is damaged or of another network ({reason}); {way}.",
+            f"Expected {expected} at {path}, but it is damaged or of another network ({reason}); remove it, or give "
+            "another.",
         ) from None
 
 
 def load_weights(net: Net, path: Path) -> Net:
     """A net with the weights that torch.save wrote there, unpickling nothing but tensors; InputError when they are not
     there or do not fit."""
-    weights = read_weights(path)
-    with reading(path):
-        net.load_state_dict(weights)
-    return net.eval()
-
-
-def read_weights(path: Path) -> dict[str, Tensor]:
-    """By their names in a network, as torch.save wrote them; InputError when they are not there."""
     with reading(path, "weights"):
-        return _unpickled(path, torch.device("cpu"))
-
-
-def _unpickled(path: Path, device: torch.device) -> Any:
-    """What torch.save wrote: tensors and plain values, nothing else is unpickled, and no more than its size allows."""
-    with zipfile.ZipFile(path) as archive:
-        size = sum(entry.file_size for entry in archive.infolist())
-        check_size(size, path.stat().st_size, f"a checkpoint at {path}")
-        if archive.testzip() is not None:
-            raise ValueError("its content is not what it was")
-    return torch.load(path, weights_only=True, map_location=device)
+        net.load_state_dict(torch.load(path, weights_only=True, map_location="cpu"))
+    return net.eval()
 
 
 def write_onnx(

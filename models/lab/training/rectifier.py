@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -34,7 +34,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import geodesic_deg
 from ...shipped import PCNET
 from ..common.config import Share, Size
-from ..mocap.clips import Clip, Subjects, lying, read_clips, read_parts
+from ..mocap.clips import Clip, lying, read_clips, subject_of
 from ..synthetic.bodies import BodyRange, proportions, redefined
 from ..synthetic.draw import Draw
 from ..synthetic.poses import MotionRange, varied
@@ -45,19 +45,16 @@ from ..synthetic.views import (
     about,
     mixed_views,
     read_lifted,
-    refuse_shared_subjects,
     seen,
     views,
 )
 from .loop import (
-    State,
     Training,
     device_of,
     fingerprint,
     fit,
     load_weights,
     read_onnx,
-    read_weights,
     reading,
     write_onnx,
 )
@@ -644,10 +641,11 @@ def started(net: PCNet, path: Path) -> PCNet:
     """net with the weights of a run's best.pt, or of a network that `export` wrote, such as the shipped pcnet.onnx: the
     same answers. Such a file has no residual head; net's own is kept. InputError when it is neither, or does not fit.
     """
-    weights = _folded(path) if path.suffix.lower() == ".onnx" else read_weights(path)
+    if path.suffix.lower() != ".onnx":
+        return load_weights(net, path)
     own = {name: value for name, value in net.state_dict().items() if name.startswith("residual.")}
     with reading(path, "weights of the network that the config's [net] says"):
-        net.load_state_dict({**own, **weights})
+        net.load_state_dict({**own, **_folded(path)})
     return net
 
 
@@ -677,7 +675,6 @@ def _folded(path: Path) -> dict[str, Tensor]:
 _VALIDATION_FRAMES = 2000
 _LYING_SHARE = 0.1  # of the score
 _VIEWS: tuple[View, ...] = ("paper", "wide")
-_HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 
 
 class TrainConfig(Training):
@@ -709,11 +706,17 @@ class TrainConfig(Training):
         return self
 
 
-def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
-    """Run a config, or what is left of it. InputError when train and held-out subjects overlap, or as of `fit`."""
+def train(
+    config: TrainConfig,
+    output: Path,
+    device: str = "cpu",
+    clips: Mapping[str, Sequence[Clip]] | None = None,
+) -> None:
+    """Run a config, or what is left of it. clips: {"train", "val"}, of the data folder where none are given.
+    InputError when lifted takes are of other people than theirs, or as of `fit`."""
     on = device_of(device)
     torch.manual_seed(config.seed)
-    frames, checks, learns_from = prepare(config, on)
+    frames, checks, learns_from = prepare(config, on, clips)
     net = PCNet(config.net, config.bf16)
     if config.start is not None:
         net = started(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start)
@@ -724,12 +727,11 @@ def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
         assert isinstance(average, PCNet)
         return check(Deployed(average, config.symmetric), checks)
 
-    fit(State(net, matrices, config, learns_from), partial(loss_of, net, frames, config), look, output)
+    fit(net, matrices, config, learns_from, partial(loss_of, net, frames, config), look, output)
     deployed = Deployed(best_of(config, output), config.symmetric).to(on)
     calibrate(deployed, checks.get("lifted", checks["paper"]))
     print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
-    said = {"trained_on": config.trained_on, "targets": config.targets, "name": config.name}
-    export(deployed, output / f"{config.name}.onnx", **said)
+    export(deployed, output / f"{config.name}.onnx", targets=config.targets, name=config.name)
 
 
 def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) -> Tensor:
@@ -738,10 +740,10 @@ def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) 
     return total(net, net(batch.joints, batch.valid), batch)
 
 
-def step_s(config: TrainConfig, device: str) -> float:
+def step_s(config: TrainConfig, device: str, clips: Mapping[str, Sequence[Clip]]) -> float:
     """Seconds that a step takes, by the second one of a network that is thrown away."""
     on = device_of(device)
-    net, frames = PCNet(config.net, config.bf16).to(on), prepare(config, on)[0]
+    net, frames = PCNet(config.net, config.bf16).to(on), prepare(config, on, clips)[0]
     start = 0.0
     for step in (1, 2):
         start = time.perf_counter()
@@ -756,32 +758,27 @@ def best_of(config: TrainConfig, folder: Path) -> PCNet:
     return load_weights(PCNet(config.net), folder / "best.pt")
 
 
-def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, dict[str, Frames], str]:
-    """What a config learns from, what it is validated on, and the fingerprint of both. InputError when people of one
-    part are in another."""
-    parts = parts_of(config)
-    lifted = read_lifted(config.lifted) if config.lifted else None
-    names = [clip.name for clip in parts["train"]] + list(lifted.clips if lifted else ())
-    for part, clips in parts.items():
-        if part != "train":
-            refuse_shared_subjects(names, [clip.name for clip in clips], f"the {part} subjects")
-    lifted_val = read_lifted(config.lifted_val) if config.lifted_val else None
-    if lifted_val:
-        refuse_shared_subjects(lifted_val.clips, [clip.name for clip in parts["train"]], "the validation's")
-    frames = TrainingFrames(parts["train"], config.mixture, lifted, config.targets, device)
-    checks = validation(parts["val"], lifted_val, config.targets)
-    held = [(f"{part} {clip.name}", clip.joints) for part in ("train", "val") for clip in parts[part]]
-    for name, takes in (("lifted", lifted), ("lifted_val", lifted_val)):
-        held += [(name, array) for array in (takes.joints, takes.R)] if takes else []
+def prepare(
+    config: TrainConfig, device: torch.device, clips: Mapping[str, Sequence[Clip]] | None = None
+) -> tuple[TrainingFrames, dict[str, Frames], str]:
+    """What a config learns from, what it is validated on, and the fingerprint of both. InputError when lifted takes are
+    of people of another part."""
+    clips = clips or {"train": read_clips("train"), "val": read_clips("val")}
+    takes: dict[str, Lifted] = {}
+    for part, paths in (("train", config.lifted), ("val", config.lifted_val)):
+        if paths:
+            takes[part] = read_lifted(paths)
+            people = {subject_of(clip.name) for clip in clips[part]}
+            if strange := sorted(set(map(subject_of, takes[part].clips)) - people):
+                raise InputError(
+                    "files-apart",
+                    f"Expected lifted takes of {part} subjects alone, got some of {', '.join(strange)}.",
+                )
+    frames = TrainingFrames(clips["train"], config.mixture, takes.get("train"), config.targets, device)
+    checks = validation(clips["val"], takes.get("val"), config.targets)
     on = {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
-    return frames, on, fingerprint(held)
-
-
-def parts_of(config: TrainConfig) -> dict[str, tuple[Clip, ...]]:
-    """The clips to train on ("train") and those held out, by part."""
-    if config.data is not None and config.split is not None:
-        return read_parts(config.data, config.split)
-    return {"train": read_clips("train")} | {str(part): read_clips(part) for part in _HELD_OUT}
+    arrays = [array for lifted in takes.values() for array in (lifted.joints, lifted.R)]
+    return frames, on, fingerprint(clips, *arrays)
 
 
 def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:

@@ -7,9 +7,10 @@ import pytest
 
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
+from pcnet3d.models.lab.common.metrics import tabled
 from pcnet3d.models.lab.evaluation import real_data, runs
 from pcnet3d.models.lab.evaluation.real_data import LIMBS, found_keypoints, read_cameras
-from pcnet3d.models.lab.evaluation.real_take import row, tables
+from pcnet3d.models.lab.evaluation.real_take import row, rows, summary
 from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
 from pcnet3d.models.lab.evaluation.statements import statements
 from pcnet3d.pipeline import H36M17, PoseSequence, rotate
@@ -59,7 +60,7 @@ def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds
 
 
 def test_the_report_judges_what_is_known_of_each_take(walk):
-    results = tables(Question())
+    results = tabled(rows(Question()), summary)
     balancing, standing = (results[take]["with its image"] for take in ("balancing", "standing"))
     assert balancing["cam"] == balancing["mean"]
     assert 5 < balancing["mean"]["rigid_mm"] < 200

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.lab.common.metrics import tabled
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import runs as evaluation_sets
-from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, row, tables
+from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, rows, summary
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
 
@@ -39,12 +40,12 @@ def take(clip):
 
 def test_the_truth_has_no_error_and_a_known_error_is_measured(take):
     """Ten degrees about up: the heading is wrong, the tilt is not."""
-    figures = row(judge(Fixed(take.R, np.zeros(40)), [take]))
+    figures = summary(judge(Fixed(take.R, np.zeros(40)), [take]))
     for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "frobenius"):
         assert figures[name].p95 < 1e-3, name
     assert (figures["frames"], figures["no answer"]) == (40, 0)
     wrong = take.R @ Rotation.from_rotvec([0, 0, np.radians(10)]).as_matrix()
-    figures = row(judge(Fixed(wrong, np.full(40, 10.0)), [take]))
+    figures = summary(judge(Fixed(wrong, np.full(40, 10.0)), [take]))
     assert figures["rotation"].mean == pytest.approx(10, abs=1e-3)
     assert figures["tilt"].mean == pytest.approx(0, abs=1e-3)
     chord = np.degrees(2 * np.sqrt(2) * np.sin(np.radians(5)))
@@ -56,7 +57,7 @@ def test_the_truth_has_no_error_and_a_known_error_is_measured(take):
 def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
     noisy = take.truth + np.random.default_rng(0).normal(0, 0.03, take.truth.shape)
     smaller, worse = (
-        row(judge(Fixed(take.R, np.zeros(40)), [Take(joints, take.truth, take.R, take.lying)]))
+        summary(judge(Fixed(take.R, np.zeros(40)), [Take(joints, take.truth, take.R, take.lying)]))
         for joints in (0.5 * take.truth, noisy)
     )
     assert smaller["mpjpe"].p95 < 1e-3  # the scale is brought to the truth's
@@ -68,10 +69,10 @@ def test_the_tables_of_several_rectifiers(clip, monkeypatch):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
     monkeypatch.setattr(module, "lifted", lambda question, of: clean_takes([clip], "wide", question.seed))
-    results = tables(evaluation_sets.Question((Geometric(),), seed=3, people="test"))
-    rows = results["rectifiers"]["geometric"]["rows"]
-    assert rows["CMU test, clean, paper's views, upright"]["frames"] == 40
-    assert rows["HDM05, clean, wide views, lying"]["frames"] == 40
-    assert rows["HDM05, lifted, lying"]["frames"] == 0
-    assert rows["CMU test, clean, paper's views, upright"]["rotation"].mean < 12
-    assert rows["CMU test, lifted, upright"]["frames"] == 40
+    question = evaluation_sets.Question((Geometric(),), seed=3, people="test")
+    of = tabled(rows(question), summary)["rectifiers"]["geometric"]["rows"]
+    assert of["CMU test, clean, paper's views, upright"]["frames"] == 40
+    assert of["HDM05, clean, wide views, lying"]["frames"] == 40
+    assert of["HDM05, lifted, lying"]["frames"] == 0
+    assert of["CMU test, clean, paper's views, upright"]["rotation"].mean < 12
+    assert of["CMU test, lifted, upright"]["frames"] == 40

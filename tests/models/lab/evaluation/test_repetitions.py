@@ -4,31 +4,31 @@ import json
 
 import pytest
 
-from pcnet3d.models.lab.evaluation.repetitions import LABELS, Judged, found_in, judge
+from pcnet3d.models.lab.evaluation.repetitions import LABELS, found_in, judge, summary
 from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, Question, finished
 
 TAKES = ("14_04", "14_05", "118_03", "118_06", "118_10", "118_30")  # raises of an arm, knee bends
 
 
 def test_labels_are_compared_by_count_and_by_the_most_time_shared():
-    judged = Judged()
-    judge(judged, [(1.0, 2.0)], [(0.1, 0.5), (1.1, 2.3)])
-    judge(judged, [], [])
-    row = judged.row()
+    row = summary([judge([(1.0, 2.0)], [(0.1, 0.5), (1.1, 2.3)]), judge([], [])])
     assert (row["series"], row["movements"], row["counts"]) == (2, 1, 0.5)
     assert (row["found"], row["begin"], row["end"]) == (1.0, 1.0, 0.0)
 
 
 @pytest.mark.data
 def test_labelled_movements_of_real_people_are_counted():
-    labels, judged = json.loads(LABELS.read_text(encoding="utf-8")), Judged()
+    labels = json.loads(LABELS.read_text(encoding="utf-8"))
     sets = [EvaluationSet("train", "train")]
     captured = Configuration(lifter="", up_told=True)
     takes = list(finished(Question(), captured, sets, lambda clip: clip.name in TAKES))
     assert {one.truth.clip for one in takes} == set(TAKES)
-    for one in takes:
-        for movement, labelled in labels[one.truth.clip].items():
-            judge(judged, labelled, found_in(one.take, movement))
-    row = judged.row()
+    row = summary(
+        [
+            judge(labelled, found_in(one.take, movement))
+            for one in takes
+            for movement, labelled in labels[one.truth.clip].items()
+        ]
+    )
     assert (row["counts"], row["found"]) == (1.0, 1.0)
     assert min(row["begin"], row["end"]) >= 0.6

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.virtual import exact
-from pcnet3d.models.lab.evaluation.takes import Answer, added, answers, judge, row, with_heading
+from pcnet3d.models.lab.evaluation.takes import Answer, added, answers, judge, summary, with_heading
 from pcnet3d.models.lab.evaluation.testbed import simulated_look
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
@@ -52,8 +52,8 @@ def test_a_perfect_rectifier_has_no_error(standing):
         for per, answer in answered(take.seen).items()
     }
     for per in ("a frame", "a take"):
-        assert max(values.max() for values in judged[per][0].values.values()) < 1e-3
-    levelled = {per: levelled for per, (_, levelled) in judged.items()}
+        assert max(values.max() for values in judged[per].errors.values.values()) < 1e-3
+    levelled = {per: of.levelled for per, of in judged.items()}
     assert levelled == {"a frame": None, "a take": True, "a take, with its image": True}
 
 
@@ -64,12 +64,10 @@ def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_co
         return judge(seen, seen.truth, answered(seen, error)[f"oracle, {per}"])
 
     jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
-    whole, single = (levelled(jitter, *per)[0].values["tilt"].mean() for per in ((), ("a frame",)))
+    whole, single = (levelled(jitter, *per).errors.values["tilt"].mean() for per in ((), ("a frame",)))
     assert whole < 0.3 * single
     takes = [levelled(turn([0, 1, 0], degrees)) for degrees in (0, 2, 25, 170)]
-    figures = row({"oracle, a take": takes})
-    assert (figures["takes"], figures["frames"]) == (4, 300)
-    method = figures["methods"]["oracle, a take"]
+    method = summary(takes)
     assert method["levelled"] == pytest.approx(3 / 4)  # upside down is refused
     assert method["tilt"].mean == pytest.approx((0 + 2 + 25 + 170) / 4, abs=0.1)
 
@@ -80,13 +78,13 @@ def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(standing):
     seen, swing = take.seen, 0.1 * (2 * np.pi) ** 2 / np.sqrt(2)
     perfect, level = answered(seen), seen.R_camera_from_world @ turn([1, 0, 0], 20)
     tilted = Answer(np.broadcast_to(level, (75, 3, 3)), level)
-    of = added({**perfect, "tilted": tilted}, seen.truth, seen)
-    assert of["oracle, a take"]["wrist"]["vertical"] == pytest.approx(0, abs=1e-5)
-    assert of["tilted"]["wrist"]["vertical"] == pytest.approx(swing * (1 - np.cos(np.radians(20))), rel=0.03)
+    of = dict(added({**perfect, "tilted": tilted}, seen.truth, seen))
+    assert of["oracle, a take", "wrist", "vertical"] == pytest.approx(0, abs=1e-5)
+    assert of["tilted", "wrist", "vertical"] == pytest.approx(swing * (1 - np.cos(np.radians(20))), rel=0.03)
     off = swing * np.sin(np.radians(20)) / np.sqrt(2)
-    assert of["tilted"]["wrist"]["horizontal"] == pytest.approx(off, rel=0.03)
+    assert of["tilted", "wrist", "horizontal"] == pytest.approx(off, rel=0.03)
     noise = np.random.default_rng(0).normal(0, 0.02, seen.truth.shape)
-    assert added(perfect, seen.truth + noise, seen)["oracle, a take"]["ankle"]["vertical"] < 1e-5
+    assert dict(added(perfect, seen.truth + noise, seen))["oracle, a take", "ankle", "vertical"] < 1e-5
 
 
 def test_headings_are_turned_and_ups_are_not():

@@ -7,7 +7,7 @@ import commands
 from commands import pcnet3d, succeeded
 from golden.skeleton import MIXAMO, bent, bvh
 from pcnet3d.models.lab.mocap.clips import Clip, read_mocap
-from pcnet3d.models.lab.mocap.convert import How, read_folder, resampled, write_mocap
+from pcnet3d.models.lab.mocap.convert import read_folder, resampled
 from pcnet3d.pipeline import H36M17, InputError
 from refusals import refused
 
@@ -37,23 +37,19 @@ def test_from_the_command_line(folder, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("folder_name", "output", "option", "words"),
+    ("folder_name", "output", "words"),
     [
-        ("nowhere", "clips.npz", (), "found nothing"),
-        ("mocap", "no/clips.npz", (), "Cannot write"),
-        ("mocap", "clips.npz", ("--unit", "yard"), "unit of m, mm"),
-        ("mocap", "clips.npz", ("--up", "z"), "--up"),
-        ("mocap", "clips.npz", ("--subject", "("), "regular expression"),
-        ("mocap", "clips.npz", ("--subject", "[0-9]+"), "first group"),
+        ("nowhere", "clips.npz", "found nothing"),
+        ("mocap", "no/clips.npz", "Cannot write"),
     ],
 )
-def test_what_cannot_be_is_one_sentence(folder, tmp_path, folder_name, output, option, words):
-    done = pcnet3d("lab", "mocap", tmp_path / folder_name, *option, "-o", tmp_path / output)
+def test_what_cannot_be_is_one_sentence(folder, tmp_path, folder_name, output, words):
+    done = pcnet3d("lab", "mocap", tmp_path / folder_name, "-o", tmp_path / output)
     commands.refused(done, words)
     assert not (tmp_path / output).exists()
 
 
-def test_subjects_by_file_folder_or_pattern(tmp_path):
+def test_subjects_by_file_or_folder(tmp_path):
     text = bvh(np.zeros((2, 16, 3)))
     for name in ("walk1_subject1", "walk2_subject2", "s7/dance"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -62,43 +58,30 @@ def test_subjects_by_file_folder_or_pattern(tmp_path):
     assert [(clip.subject, clip.name) for clip in clips] == [
         ("s7", "s7_dance"), ("walk1", "walk1_subject1"), ("walk2", "walk2_subject2"),
     ]  # fmt: skip
-    clips, notes = read_folder(tmp_path, "auto", How(subject="_(subject[0-9])"))
-    assert [clip.name for clip in clips] == ["subject1_walk1_subject1", "subject2_walk2_subject2"]
-    assert any("dance" in note for note in notes)
 
 
-def test_two_clips_of_one_name_are_not_both_kept_nor_two_formats_read(folder):
+def test_two_clips_of_one_name_are_not_both_kept(folder):
     (folder / "again").mkdir()
     (folder / "again" / "01_01.bvh").write_text((folder / "01" / "01_01.bvh").read_text())
     clips, notes = read_folder(folder)
     assert len(clips) == 3
     assert any("another clip named 01_01" in note for note in notes)
-    (folder / "01" / "01_03.amc").write_text("")
-    with refused("format-ambiguous", "asfamc and bvh"):
-        read_folder(folder)
 
 
-def arrays_of(tmp_path, how=None, **arrays):
+def arrays_of(tmp_path, **arrays):
     """The one clip of a .npz file."""
     np.savez(tmp_path / "s01_walk.npz", **arrays)
-    return read_folder(tmp_path / "s01_walk.npz", "joints", how)[0][0]
+    return read_folder(tmp_path / "s01_walk.npz")[0][0]
 
 
-def test_unit_and_axes_told(tmp_path, standing):
+def test_joints_of_an_array(tmp_path, standing):
     joints = np.tile(standing, (3, 1, 1))
     clip = arrays_of(tmp_path, joints=joints, fps=30)
     assert (clip.name, clip.subject, clip.source) == ("s01_walk", "s01", "joints")
     np.testing.assert_allclose(clip.joints, joints, rtol=1e-6)
-    y_up = 1000 * joints[..., [0, 2, 1]] * [1, 1, -1]
-    told = arrays_of(tmp_path, How(unit="mm", up="y"), joints=y_up, fps=30)
-    np.testing.assert_allclose(told.joints, clip.joints, atol=1e-6)
-    faster = arrays_of(tmp_path, How(fps=90), joints=joints)
-    assert (faster.fps, len(faster)) == (30, 1)
-    child = tmp_path / "01_01.bvh"
-    child.write_text(bvh(np.zeros((3, 16, 3)), scale=60))
-    with pytest.raises(InputError, match="--unit"):
-        read_folder(child)
-    assert read_folder(child, "bvh", How(unit="cm"))[0][0].joints[..., 2].max() < 1.1
+    (tmp_path / "01_01.bvh").write_text(bvh(np.zeros((3, 16, 3)), scale=60))
+    with refused("format-unknown", "unit"):  # a child
+        read_folder(tmp_path / "01_01.bvh")
 
 
 @pytest.mark.parametrize(
@@ -106,7 +89,7 @@ def test_unit_and_axes_told(tmp_path, standing):
     [
         (lambda a: a.pop("fps"), "frame rate"),
         (lambda a: a.pop("joints"), "array `joints`"),
-        (lambda a: a.update(joints=1000 * a["joints"]), "--unit"),
+        (lambda a: a.update(joints=1000 * a["joints"]), "in metres"),
         (lambda a: a["joints"].__setitem__((1, 2, 0), np.nan), "NaN"),
         (lambda a: a["joints"].__setitem__((1, H36M17.index("l_ankle"), 2), -9), "length"),
         (lambda a: a.update(joints=a["joints"] * [1, 1, -1]), "the head above the feet"),
@@ -155,8 +138,3 @@ def test_whole_ratios_take_frames_and_others_interpolate(fps):
     np.testing.assert_allclose(out.joints, start + speed * t, atol=1e-5)
     assert out.fps == 30
     assert (len(out) - 1) / 30 <= 72 / fps + 1e-9 < len(out) / 30
-
-
-def test_clips_of_two_frame_rates_are_not_written(tmp_path, clip_of):
-    with refused("files-apart"):
-        write_mocap(tmp_path / "c.npz", [clip_of("a_1"), clip_of("b_1", fps=10.0)])

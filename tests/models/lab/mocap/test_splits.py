@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.mocap.clips import (
     Clip,
     data_folder,
@@ -13,7 +12,6 @@ from pcnet3d.models.lab.mocap.clips import (
     lying,
     person,
     read_clips,
-    read_parts,
 )
 from pcnet3d.models.lab.mocap.convert import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
@@ -87,10 +85,13 @@ def test_a_folder_that_is_not_there_or_lacks_a_file_is_refused(folder, monkeypat
     (folder / "tennis_mocap.npz").unlink()
     with refused("cannot-open"):
         read_clips("train", folder)
-    without = {key: of for key, of in SPLIT.items() if key != "accad_mocap"}
-    (folder / "splits.json").write_text(json.dumps(without))
-    with pytest.raises(InputError, match="accad_mocap"):
-        read_clips("train", folder)
+
+
+def test_recordings_of_ones_own_are_a_file_of_a_folder(tmp_path):
+    write_mocap(tmp_path / "clips.npz", [clip(f"{who}_walk", who) for who in ("ann", "bob", "cem")])
+    (tmp_path / "splits.json").write_text('{"clips": {"train": ["ann"], "val": ["bob"], "test": ["cem"]}}')
+    for part, who in (("train", "ann"), ("val", "bob"), ("test", "cem")):
+        assert names(read_clips(part, tmp_path)) == {f"{who}_walk"}
 
 
 @pytest.mark.parametrize(
@@ -116,56 +117,6 @@ def test_a_subject_in_two_parts_is_refused(folder):
     (folder / "splits.json").unlink()
     with pytest.raises(InputError, match=r"splits\.json"):
         read_clips("train", folder)
-
-
-OWN = {"train": ["01", "02"], "val": ["03"], "test": ["04"]}
-
-
-@pytest.fixture
-def own(tmp_path, clip_of):
-    """A file of clips of four people, and a split of them."""
-    clips = [clip_of(f"{person}_{i}") for person in ("01", "02", "03", "04") for i in (1, 2)]
-    write_mocap(tmp_path / "clips.npz", clips)
-    (tmp_path / "split.json").write_text(json.dumps(OWN))
-    return tmp_path / "clips.npz", tmp_path / "split.json"
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (OWN, None),
-        ({**OWN, "test": ["04", "01"]}, "01 is in train and test"),
-        ({**OWN, "val": ["04"]}, "04 is in val and test"),
-        ({**OWN, "train": ["01", "99"]}, "does not have: 99"),
-        ({**OWN, "test": []}, "test has none"),
-        ({**OWN, "test": "all"}, r"split\.json: test"),
-        ([], r"split\.json"),
-        ("{", r"split\.json"),
-        ("[" * 100_000, r"split\.json"),
-    ],
-    ids=str,
-)
-def test_a_split_of_ones_own(own, content, words):
-    own[1].write_text(content if isinstance(content, str) else json.dumps(content))
-    if words is None:
-        assert [clip.name for clip in read_parts(*own)["test"]] == ["04_1", "04_2"]
-    else:
-        with pytest.raises(InputError, match=words):
-            read_parts(*own)
-
-
-def test_evaluation_of_own_test_subjects(own, tmp_path, capsys):
-    def rows_of(**asked):
-        evaluate("rectifiers", tmp_path / "out", rectifier=["geometric"], data=own[0], **asked)
-        assert (tmp_path / "out" / "evaluation.md").read_text() in capsys.readouterr().out
-        report = json.loads((tmp_path / "out" / "evaluation.json").read_text())
-        return report["subjects"], report["rectifiers"]["geometric"]["rows"]
-
-    subjects, rows = rows_of(split=own[1])
-    assert subjects == ["04"]
-    assert rows["clips.npz, test, clean, paper's views, upright"]["frames"] == 80
-    _, rows = rows_of()
-    assert rows["clips.npz, everybody, clean, wide views, upright"]["frames"] == 320
 
 
 MINUTES_AND_PEOPLE = {  # of the third edition, by its README

@@ -9,7 +9,6 @@ from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.synthetic.views import (
     paper_angles,
     read_lifted,
-    refuse_shared_subjects,
     seen,
     views,
 )
@@ -79,9 +78,3 @@ def test_lifted_frames_come_with_their_truth_at_their_scale_and_other_files_are_
         np.savez(path, **held | wrong)
         with refused("wrong-content", next(iter(wrong))):
             read_lifted([path])
-
-
-def test_a_subject_on_both_sides_is_refused():
-    refuse_shared_subjects(["01_01", "02_05"], ["03_01"], "the test subjects")
-    with refused("files-apart", "02"):
-        refuse_shared_subjects(["01_01", "02_05"], ["02_06"], "the test subjects")

@@ -35,10 +35,12 @@ def test_the_first_steps_lose_as_much_as_ever(name, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "whole_takes" if name == "lifter" else "calibrate", lambda *given: {})
     monkeypatch.setattr(module, "export", lambda *given, **said: None)
     split = json.loads((SAMPLE / "splits.json").read_text())["cmu_mocap"]
-    (tmp_path / "split.json").write_text(json.dumps(split | {"val": ["07"]}))
+    (tmp_path / "splits.json").write_text(json.dumps({"cmu_mocap": split | {"val": ["07"]}}))
+    (tmp_path / "cmu_mocap.npz").symlink_to(SAMPLE / "cmu_mocap.npz")
+    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path))
     folder = files(module.__package__)
     content = tomllib.loads(folder.joinpath(f"{name}.toml").read_text(encoding="utf-8")) | CHANGES[name]
-    content |= {"bf16": False, "data": SAMPLE / "cmu_mocap.npz", "split": tmp_path / "split.json"}
+    content["bf16"] = False
     content["schedule"] |= {"steps": 3, "every": 1, "warmup": 2}
     if name == "lifter":
         content["material"]["lying"] = 0.0
