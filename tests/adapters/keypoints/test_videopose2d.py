@@ -11,7 +11,6 @@ import pytest
 from golden.pickles import Trap
 from pcnet3d.adapters import detectron, read, read_all
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.layouts import H36M17
 from refusals import refused
 
 SYMMETRY = [[1, 3, 5, 7, 9, 11, 13, 15], [2, 4, 6, 8, 10, 12, 14, 16]]
@@ -42,18 +41,8 @@ def test_several_videos_have_to_be_named(save):
     for options, words in (({}, "holds the videos a, b"), ({"video": "c"}, "no video 'c'; it holds a, b")):
         with pytest.raises(InputError, match=words):
             read(save(), **options)
-
-
-def test_human36m(save, moving):
-    """Subject, action, camera; another layout under the same count of joints."""
-    cameras = [moving(17, number=number)[1][..., :2] for number in range(4)]
-    path = save({"S9": {"Walking": cameras, "Posing 1": cameras[:1]}}, layout="h36m")
-    poses = read(path, video="S9", action="Walking", camera=2)
-    assert poses.layout == H36M17
-    np.testing.assert_allclose(poses.joints, cameras[2], atol=1e-4)
-    for options in ({}, {"action": "Running"}, {"action": "Posing 1", "camera": 1}):
-        with pytest.raises(InputError, match=r"action|it has 1 camera,"):
-            read(path, **options)
+    with pytest.raises(InputError, match="layout 'coco', got 'h36m'"):
+        read(save(layout="h36m"), video="a")
 
 
 def test_a_file_that_would_run_something_is_refused(save, write, moving, tmp_path):
