@@ -1,7 +1,7 @@
 """One IMU as a table of text: time, acceleration with gravity in the sensor's axes, orientation as a quaternion.
 
 The first line names the columns, in any order and case; further columns are left alone:
-    time_s   seconds; may be absent when the rate is given
+    time_s   seconds
     ax ay az specific force in the sensor's axes, m/s^2 or g (told apart by the mean norm, which is one g)
     qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up
 Lines that begin with # are comments; kit/tables.py says how cells are separated and what is missing.
@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.rotations import angle_deg, is_finite, rotate, transpose
-from ..pipeline.reading.bounds import check_fps
 from ..pipeline.signals.filters import rate
 from .kit.tables import column_names, read_columns
 
@@ -32,7 +30,6 @@ gives = "imu"
 reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up"
 
 GRAVITY_MPS2 = 9.80665  # standard gravity (CGPM 1901)
-MOST_HZ = 10_000.0  # samples a second; sensors for people take up to 2000
 
 # Where on the 17 joints each segment's sensor is: from a joint towards another, and how much of the way. Sensors of
 # the forearm sit at the wrist, a foot's goes with the ankle; sacrum and pelvis joint count as one place.
@@ -95,62 +92,37 @@ def sniff(path: Path) -> bool:
     return set(_FORCE) <= set(column_names(path))
 
 
-def read(
-    path: Path,
-    rate_hz: float | None = None,
-    maps: Literal["world_from_sensor", "sensor_from_world"] = "world_from_sensor",
-) -> tuple[Imu]:
+def read(path: Path) -> tuple[Imu]:
     """The one sensor of the file.
 
-    rate_hz: samples a second, for a file without time_s. maps: which way the quaternions turn vectors.
-    Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
-    signals that are no specific force with its orientation (`imu_from_samples`).
+    Raises InputError for missing columns, cells that are no numbers, times that do not increase, and signals that are
+    no specific force with its orientation (`imu_from_samples`).
     """
-    if rate_hz is not None:
-        check_fps(rate_hz, "rate_hz", MOST_HZ)
-    wanted = (*_FORCE, *_QUATERNION)
-    table = read_columns(path, "an IMU's CSV file", ("time_s", *wanted))
+    wanted = ("time_s", *_FORCE, *_QUATERNION)
+    table = read_columns(path, "an IMU's CSV file", wanted)
     if not set(wanted) <= table.keys():
         raise InputError(
             "wrong-content",
             f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(column_names(path)) or 'none'}; export "
-            "the sensor's orientation too.",
+            "the sensor's times, in seconds, and its orientation too.",
         )
     if len(table["ax"]) < 2:
         raise InputError("nothing-usable", f"Expected samples of an IMU in {path}, got {len(table['ax'])}.")
-    return (
-        imu_from_samples(
-            _times(path, table, rate_hz),
-            np.stack([table[column] for column in _FORCE], axis=-1),
-            _rotations(table, maps),
-        ),
-    )
-
-
-def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> np.ndarray:
-    rows = len(table["ax"])
-    if "time_s" not in table:
-        if rate_hz is None:
-            raise InputError(
-                "needs-rate", f"{path} has no column time_s; give the samples per second (--rate HZ)."
-            )
-        return np.arange(rows) / rate_hz
     time_s = table["time_s"]
     if not np.isfinite(time_s).all() or (np.diff(time_s) <= 0).any():
         raise InputError(
             "times-broken", f"Expected time_s of {path} to increase from line to line; it does not."
         )
-    stamped_hz = 1 / float(np.median(np.diff(time_s)))
-    if rate_hz is not None and abs(stamped_hz / rate_hz - 1) > 0.02:
-        raise InputError(
-            "option-conflict",
-            f"{path} has time stamps of {stamped_hz:.4g} samples a second, which contradict the {rate_hz:g} that were "
-            "given; leave the rate out, or delete the column time_s if its clock is wrong.",
-        )
-    return time_s
+    return (
+        imu_from_samples(
+            time_s,
+            np.stack([table[column] for column in _FORCE], axis=-1),
+            _rotations(table),
+        ),
+    )
 
 
-def _rotations(table: dict[str, np.ndarray], maps: str) -> np.ndarray:
+def _rotations(table: dict[str, np.ndarray]) -> np.ndarray:
     """(T, 3, 3) of unit quaternions, NaN where one has a NaN. InputError when their length is not about 1."""
     from scipy.spatial.transform import Rotation
 
@@ -166,7 +138,7 @@ def _rotations(table: dict[str, np.ndarray], maps: str) -> np.ndarray:
     R = np.full((len(wxyz), 3, 3), np.nan)
     measured = np.isfinite(length)
     R[measured] = Rotation.from_quat(np.roll(wxyz[measured], -1, axis=-1)).as_matrix()
-    return R if maps == "world_from_sensor" else transpose(R)
+    return R
 
 
 def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray) -> Imu:
@@ -190,7 +162,7 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
             "wrong-axes",
             "Expected orientations that map the sensor's axes into a world whose z points up; with these, the mean "
             f"acceleration, which is gravity's, leans {lean:.0f} degrees from up: check the order of the quaternions' "
-            "numbers (w x y z), which way they map (-O maps=sensor_from_world), and which axis is the vertical.",
+            "numbers (w x y z), which way they map, and which axis is the vertical.",
         )
     notices = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=norm),)
     return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, notices)

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-from ....adapters.imu_csv import MOST_HZ
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import say_all
@@ -17,8 +16,6 @@ from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.markers import Up
-from ....pipeline.plugins.options import pairs
-from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.settings import Force
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
@@ -38,10 +35,7 @@ def compare(
     ] = None,
     up: Annotated[Up | None, typer.Option(help="Vertical axis of the motion capture.")] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the motion capture: m, cm, mm or inch.")] = None,
-    rate: Annotated[
-        float | None,
-        typer.Option(help="Frames per second of the motion capture, or samples per second of the sensors."),
-    ] = None,
+    rate: Annotated[float | None, typer.Option(help="Frames per second of the motion capture.")] = None,
     imu: Annotated[
         list[Path] | None,
         typer.Option(
@@ -51,10 +45,6 @@ def compare(
     segment: Annotated[
         list[str] | None,
         typer.Option(help="Body segment of each --imu, such as r_forearm; that of pelvis is subtracted."),
-    ] = None,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-O", help="Option KEY=VALUE for reading --imu; repeatable."),
     ] = None,
     align: Annotated[
         Align,
@@ -82,7 +72,7 @@ def compare(
     """Compare runs with each other or with motion capture: differences with their errors, and angles over time.
 
     Or one run with inertial sensors: lag, correlation and error of the accelerations."""
-    of_truth = {"--truth": truth, "--up": up, "--unit": unit}
+    of_truth = {"--truth": truth, "--up": up, "--unit": unit, "--rate": rate}
     others = [name for name, value in of_truth.items() if value is not None]
     if imu:
         others += [f"--align {align}"] * (align != "auto") + ["another run"] * (len(folders) > 1)
@@ -91,11 +81,7 @@ def compare(
                 "option-conflict",
                 f"--imu compares one run with sensors, got {', '.join(others)} as well; leave that out.",
             )
-        given: dict[str, Any] = dict(pairs(option))
-        if rate is not None:
-            check_fps(rate, "--rate", MOST_HZ)
-            given["rate_hz"] = rate
-        run, sensors = read_run(folders[0]), read_sensors(imu, segment or [], given, offset)
+        run, sensors = read_run(folders[0]), read_sensors(imu, segment or [], offset)
         sensed = compared_with(run, sensors, search)
         content: dict[str, Any] = {
             "what": "comparison with inertial sensors",
@@ -109,11 +95,9 @@ def compare(
         html, notices = sensed_page(run.name, sensed), [each for of in sensed for each in of.notices]
         lines = [str(of) for of in sensed]
     else:
-        if segment or option:
-            raise InputError(
-                "option-conflict", "--segment and --option are for sensors; give them with --imu FILE."
-            )
-        if truth is None and (others or rate is not None):
+        if segment:
+            raise InputError("option-conflict", "--segment is for sensors; give it with --imu FILE.")
+        if truth is None and others:
             raise InputError(
                 "option-conflict",
                 "--up, --unit and --rate need motion capture; give it with --truth FILE.",

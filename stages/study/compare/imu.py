@@ -26,7 +26,7 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.rotations import is_finite, turn_deg, turned
 from ....pipeline.core.take import Take
-from ....pipeline.plugins.options import call, did_you_mean
+from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import (
     CUTOFF_HZ,
@@ -92,9 +92,7 @@ class Sensed:
         )
 
 
-def read_sensors(
-    files: Sequence[Path], segments: Sequence[str], options: Mapping[str, Any], offset_s: float = 0.0
-) -> dict[str, Imu]:
+def read_sensors(files: Sequence[Path], segments: Sequence[str], offset_s: float = 0.0) -> dict[str, Imu]:
     """By segment, the sensor of each file, to whose times offset_s is added. InputError when they do not fit."""
     for name in segments:
         if name not in SEGMENTS:
@@ -117,7 +115,7 @@ def read_sensors(
     for segment, file in zip(segments, files, strict=True):
         chosen = find_adapter(file, gives="imu")
         with naming(file):
-            (sensor,) = call(chosen.read, file, what=f"Adapter '{chosen.name}'", options=dict(options))
+            (sensor,) = chosen.read(file)
         sensors[segment] = replace(sensor, time_s=sensor.time_s + offset_s)
     return sensors
 

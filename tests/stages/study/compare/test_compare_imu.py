@@ -135,9 +135,9 @@ def test_without_a_pelvis_imu_its_motion_counts_as_error(walk, made):
 
 
 def test_g_is_said_and_gives_the_same(made, tmp_path):
-    (sensor,) = read_sensors([made / "l_shank.csv"], ["l_shank"], {}).values()
+    (sensor,) = read_sensors([made / "l_shank.csv"], ["l_shank"]).values()
     write_csv(tmp_path / "g.csv", replace(sensor, force_mps2=sensor.force_mps2 / GRAVITY_MPS2))
-    (again,) = read_sensors([tmp_path / "g.csv"], ["l_shank"], {}, offset_s=3.0).values()
+    (again,) = read_sensors([tmp_path / "g.csv"], ["l_shank"], offset_s=3.0).values()
     assert [each.code for each in again.notices] == ["imu-unit"]
     np.testing.assert_allclose(again.force_mps2, sensor.force_mps2, atol=1e-3)
     np.testing.assert_allclose(again.time_s, sensor.time_s + 3.0)
@@ -177,7 +177,6 @@ def test_a_sensor_that_does_not_fit_is_doubted(walk, made):
         (["--align", "stamps"], "--align"),
         (["--rate", "0"], "--rate"),
         (["--rate", "nan"], "--rate"),
-        (["-O", "rate_hz=0"], "rate_hz"),
     ],
 )
 def test_bad_input_has_words(made, tmp_path, more, said):
