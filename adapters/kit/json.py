@@ -8,13 +8,13 @@ import re
 import reprlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from pydantic_core import from_json
 
 from ...pipeline.core.errors import InputError
-from .opened import first_bytes, opened_text, whole_text
+from .opened import first_bytes, whole_text
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
 # Of characters beyond 16 bits, or of names of files that are no text: alone they are none, which pydantic refuses.
@@ -22,10 +22,6 @@ _HALVES = re.compile(r"(?<!\\)\\u[dD][89a-fA-F]..")
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
 # Roboflow's exports put a hash behind the name: walk_mp4-0003_jpg.rf.0f31b2.jpg
 _ROBOFLOW = re.compile(r"\.rf\.\w+$")
-_SPACE = re.compile(r"[ \t\r\n]*")
-_DECODER = json.JSONDecoder()
-_PIECE = 1 << 18
-_SMALL = 1 << 24  # bytes of a file that is read a second time to find what is wrong with it
 _MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an int64
 
 
@@ -80,100 +76,18 @@ def load(path: Path, what: str) -> Any:
 
 
 def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
-    """The elements of a long JSON file one after the other, so that it is never in memory as a whole.
-
-    A list gives ("", element) of each, and so do JSON Lines; an object gives (key, element) of each value that is a
-    list, and (key, value) of any other. InputError, saying that `what` was expected, when the file cannot be read.
-    """
-    try:
-        lines = bool(_lines(first_bytes(path, _PEEK_BYTES)))
-        with opened_text(path, what) as file:
-            yield from _one_by_one(_Text(file)) if lines else _elements(_Text(file))
-    except InputError:
-        raise
-    except (RecursionError, ValueError):
-        if path.stat().st_size <= _SMALL:  # say where
-            raise InputError(
-                "format-unknown",
-                f"{path}: expected a list or an object, got {reprlib.repr(load(path, what))}.",
-            ) from None
+    """The elements of a JSON file: of a list, and of JSON Lines, ("", element) of each; of an object (key, element) of
+    each value that is a list, and (key, value) of any other. InputError as for `load`, and for anything else."""
+    content = load(path, what)
+    if not isinstance(content, list | dict):
         raise InputError(
-            "file-damaged",
-            f"Expected {what} in {path}, but its JSON is incomplete or damaged; write or copy the file again.",
-        ) from None
-
-
-class _Text:
-    """A JSON text that is read piece by piece. ValueError where it is none."""
-
-    def __init__(self, file: IO[str]) -> None:
-        self._file, self._text, self._at = file, "", 0
-
-    def peek(self) -> str:
-        """The next character that is no white space, "" at the end."""
-        while True:
-            self._at = _SPACE.match(self._text, self._at).end()  # type: ignore[union-attr]  # matches always
-            if self._at < len(self._text) or not self._more():
-                return self._text[self._at : self._at + 1]
-
-    def take(self, *wanted: str) -> str:
-        character = self.peek()
-        if character not in wanted or not character:
-            raise ValueError(f"expected {wanted}")
-        self._at += 1
-        return character
-
-    def value(self) -> Any:
-        self.peek()
-        while True:
-            try:
-                value, end = _DECODER.raw_decode(self._text, self._at)
-            except json.JSONDecodeError:
-                if not self._more():
-                    raise
-                continue
-            if end < len(self._text) or not self._more():  # a number might go on
-                self._at = end
-                return value
-
-    def _more(self) -> bool:
-        """Twice what is left, so that a value of any length is decoded a few times only."""
-        piece = self._file.read(max(_PIECE, len(self._text) - self._at))
-        self._text, self._at = self._text[self._at :] + piece, 0
-        return bool(piece)
-
-
-def _elements(text: _Text) -> Iterator[tuple[str, Any]]:
-    if text.peek() == "[":
-        yield from _listed("", text)
-    elif text.take("{") and text.peek() != "}":
-        while True:
-            key = text.value()
-            text.take(":")
-            if text.peek() == "[":
-                yield from _listed(key, text)
-            else:
-                yield key, text.value()
-            if text.take(",", "}") == "}":
-                break
-    if text.peek():
-        raise ValueError("expected the end")
-
-
-def _one_by_one(text: _Text) -> Iterator[tuple[str, Any]]:
-    while text.peek():
-        yield "", text.value()
-
-
-def _listed(key: str, text: _Text) -> Iterator[tuple[str, Any]]:
-    text.take("[")
-    if text.peek() == "]":
-        text.take("]")
-        return
-    while True:
-        yield key, text.value()
-        if text.take(",", "]") == "]":
-            return
+            "format-unknown", f"{path}: expected a list or an object, got {reprlib.repr(content)}."
+        )
+    for key, value in content.items() if isinstance(content, dict) else [("", content)]:
+        if isinstance(value, list):
+            yield from ((key, element) for element in value)
+        else:
+            yield key, value
 
 
 def field(entry: Any, key: str, where: str) -> Any:

@@ -1,9 +1,6 @@
 """MMPose 1.x 3D JSON: mirrored axes, heights rebased frame by frame, people without track numbers (formats.md 3); and
 RTMW3D's demo, crop pixels and depth bins of 133 joints (4)."""
 
-import json
-import tracemalloc
-
 import numpy as np
 import pytest
 
@@ -13,7 +10,6 @@ from golden.lifters import as_mmpose, box_of, instance
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.anthropometry import implied_stature
-from pcnet3d.pipeline.reading.find import adapters
 from refusals import refused
 
 FRAMES = 60
@@ -91,22 +87,6 @@ def test_2d_results_are_refused_with_who_reads_them(save, alone):
     alone[7] = [{**alone[7][0], "keypoints": [point[:2] for point in alone[7][0]["keypoints"]]}]
     with refused("format-unknown", "walk.json, entry 7", "adapter json2d"):
         read(save(alone), "mmpose3d")
-
-
-def test_memory_is_bounded(tmp_path):
-    """At most three times the arrays that come out, plus a piece of the text that is being read."""
-    path, count = tmp_path / "long.json", 5_000
-    people = json.dumps([instance(as_mmpose(turning(1)[0] + 1e-9), box_of(0, 0))])
-    with path.open("w") as file:
-        file.write("[" + ", ".join(f'{{"frame_id": {i}, "instances": {people}}}' for i in range(count)) + "]")
-    adapters()  # what is loaded once is no part of it
-    tracemalloc.start()
-    (poses,) = read_all(path, fps=60, handedness="ignore")
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    arrays = poses.joints.nbytes + poses.confidence.nbytes + poses.frame_index.nbytes
-    assert len(poses) == count
-    assert peak < 3 * arrays + (4 << 20)
 
 
 @pytest.fixture
