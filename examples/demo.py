@@ -10,7 +10,6 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from ..pipeline.core.messages import show
 from ..pipeline.core.pose import Rectified, package_version
 from ..pipeline.core.rotations import angle_deg, rotate
 from ..pipeline.core.take import Take
@@ -52,11 +51,11 @@ def demo(
             done("example", time.perf_counter() - start)
             take = run_files(options, output, force=force, done=done)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
-    show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
-    show(_comparison(take.need("rectified"), truth))
-    show(_way(take, walk, camera))
+    print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
+    print(_comparison(take.need("rectified"), truth))
+    print(_way(take, walk, camera))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
-    show(
+    print(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
         f"--stature {walk.stature_m} --focal {camera.focal_px:g} -o DIR"
     )

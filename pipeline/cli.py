@@ -18,7 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group
 
 from .core.errors import InputError
-from .core.messages import Detail, is_verbose, say, set_detail
+from .core.messages import is_verbose, say, set_verbose
 from .core.system import limit_opencv
 from .plugins import registry
 from .plugins.options import did_you_mean
@@ -26,18 +26,17 @@ from .plugins.removed import refuse_removed
 
 _LAB = "lab"  # the commands of the laboratory stand behind this word
 _HELP = {"help_option_names": ["-h", "--help"]}
-_DETAILS: dict[str, Detail] = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
+_VERBOSE = ("-v", "--verbose")
 
 
 class _Command(TyperCommand):
-    """A command that takes finite numbers only; -q and -v may stand behind its name too."""
+    """A command that takes finite numbers only; -v may stand behind its name too."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         words = args[: args.index("--")] if "--" in args else args
-        for word in words:
-            if word in _DETAILS:
-                set_detail(_DETAILS[word])
-        args = [word for word in words if word not in _DETAILS] + args[len(words) :]
+        if any(word in _VERBOSE for word in words):
+            set_verbose(True)
+        args = [word for word in words if word not in _VERBOSE] + args[len(words) :]
         for word, value in zip(words, [*words[1:], ""], strict=True):
             refuse_removed("flags", f"{self.name} {word.partition('=')[0]}", f"{self.name} {word} {value}")
         rest = super().parse_args(ctx, args)
@@ -104,14 +103,6 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-def _detail(detail: Detail, help: str) -> Any:
-    def asked(given: bool) -> None:
-        if given:
-            set_detail(detail)
-
-    return typer.Option(f"-{detail[0]}", f"--{detail}", callback=asked, help=help)
-
-
 app = typer.Typer(
     name="pcnet3d",
     cls=_Commands,
@@ -146,10 +137,11 @@ def _program(
             help="Print the version.",
         ),
     ] = False,
-    quiet: Annotated[bool, _detail("quiet", "Print only errors and the result.")] = False,
-    verbose: Annotated[bool, _detail("verbose", "Print the options and the time of each stage.")] = False,
+    verbose: Annotated[
+        bool, typer.Option(*_VERBOSE, help="Print the options and the time of each stage.")
+    ] = False,
 ) -> None:
-    pass
+    set_verbose(verbose)
 
 
 def view(
@@ -249,7 +241,6 @@ def main() -> None:
 
     signal.signal(signal.SIGTERM, end)
     try:
-        set_detail("normal")
         app(standalone_mode=True)
     except KeyboardInterrupt:
         _fail("interrupted", 130)

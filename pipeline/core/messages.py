@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
-from typing import Literal
-
-Detail = Literal["quiet", "normal", "verbose"]
 
 _STYLES = {
     "warning": "bold yellow",
@@ -16,7 +13,7 @@ _STYLES = {
     "failed": "bold red",
     "pcnet3d": "bold red",
 }
-_detail: Detail = "normal"
+_verbose = False
 
 
 def in_one_line(text: str) -> str:
@@ -54,20 +51,15 @@ def bound_in_words(bound: float) -> str:
     return f"{bound:.1f}" if round(bound, 1) < 3 else f"{bound:.0f}"
 
 
-def set_detail(detail: Detail) -> None:
-    """How much this process says: "quiet", only errors and a command's last line; "verbose", also `debug` lines."""
-    global _detail
-    _detail = detail
-
-
-def is_quiet() -> bool:
-    """Whether only errors and last lines are said."""
-    return _detail == "quiet"
+def set_verbose(verbose: bool) -> None:
+    """Whether this process also says `debug` lines, and all notices."""
+    global _verbose
+    _verbose = verbose
 
 
 def is_verbose() -> bool:
     """Whether `debug` lines are said too."""
-    return _detail == "verbose"
+    return _verbose
 
 
 def on_terminal() -> bool:
@@ -76,10 +68,7 @@ def on_terminal() -> bool:
 
 
 def say(kind: str, text: str) -> None:
-    """A line "KIND: TEXT" on stderr. kind: "warning", "repair", "note" or another word; "pcnet3d" and "failed" are
-    errors, which are said in any case."""
-    if is_quiet() and kind not in ("pcnet3d", "failed"):
-        return
+    """A line "KIND: TEXT" on stderr. kind: "warning", "repair", "note" or another word."""
     if not on_terminal():
         print(f"{kind}: {text}", file=sys.stderr)
         return
@@ -93,21 +82,7 @@ def say(kind: str, text: str) -> None:
     Console(stderr=True).print(line)
 
 
-def say_all(kind: str, texts: Sequence[str]) -> None:
-    """Lines of one kind, on a terminal apart from what was said before."""
-    if texts and on_terminal() and not is_quiet():
-        print(file=sys.stderr)
-    for text in texts:
-        say(kind, text)
-
-
 def debug(kind: str, text: str) -> None:
     """As `say`, of what only somebody who looks for a fault wants to know."""
     if is_verbose():
         say(kind, text)
-
-
-def show(text: str) -> None:
-    """A line of a command's results on stdout that -q leaves out."""
-    if not is_quiet():
-        print(text)

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ..core.messages import how_many, is_verbose, say, show
+from ..core.messages import how_many, is_verbose, say
 from ..core.notices import Notice, grave
 from ..core.system import quoted
 from ..core.take import Take
@@ -45,7 +45,7 @@ def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, with
     more = _say(takes)
     point_to(folder, within)
     if more:
-        show(f"{how_many(more, 'more note')} in the report (-v)")
+        print(f"{how_many(more, 'more note')} in the report (-v)")
     return worst if strict else 0
 
 
@@ -68,7 +68,7 @@ def point_to(folder: Path, within: str = "") -> None:
     each = ", a folder for each person" * bool(within)
     print(f"results in {folder}{each}{': ' * bool(opened)}{'; '.join(opened)}")
     if is_verbose():
-        show(f"files: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+        print(f"files: {', '.join(sorted(path.name for path in folder.iterdir()))}")
 
 
 def _say(takes: Mapping[str, Take]) -> int:

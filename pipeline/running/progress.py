@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from ..core.errors import InputError
-from ..core.messages import debug, is_quiet, on_terminal, say
+from ..core.messages import debug, on_terminal, say
 
 _SECONDS_A_LINE = 20.0
 Item = TypeVar("Item")
@@ -46,7 +46,7 @@ def each(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
 def counted(what: str, total: int | None) -> Iterator[Done]:
     """A callback (how many of the total are done, more words): a bar with rate and time left on a terminal, elsewhere,
     and where nobody knows the total, a line now and then."""
-    if total is None or is_quiet() or not on_terminal():
+    if total is None or not on_terminal():
         yield _lines(what, total)
         return
     from rich.console import Console

@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from ...models.common.metrics import plain
-from ...pipeline.core.messages import how_many, show
+from ...pipeline.core.messages import how_many
 from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
@@ -77,7 +77,7 @@ def command(
     if output is None:
         add_to_list(folder, _FOLDER)
         _into_report(folder / REPORT, [f"{model.name} was scaled to the person; files: {_FOLDER}.", *summary])
-    show("\n".join(_lines(agreement)))
+    print("\n".join(_lines(agreement)))
     print("\n".join(summary))
     print(f"results in {target}: {', '.join(sorted(path.name for path in target.iterdir()))}")
 

@@ -110,7 +110,7 @@ def test_the_help_page_costs_no_heavy_import():
     ]
     assert {"run", "inspect", "view", "list", "batch", "compare", "live", "demo"} <= set(commands)
     assert commands[-1] == "lab"  # behind which the developers' commands stand
-    assert all(flag in said for flag in ("--version", "-h", "--quiet", "--verbose", "--install-completion"))
+    assert all(flag in said for flag in ("--version", "-h", "--verbose", "--install-completion"))
 
 
 def test_a_run_has_22_options_at_most_in_panels():
@@ -129,19 +129,6 @@ def test_the_version_is_the_packages():
     assert pcnet3d("--version").stdout == f"pcnet3d {version('pcnet3d')}\n"
     as_module = [sys.executable, "-m", "pcnet3d", "--version"]
     assert subprocess.run(as_module, capture_output=True, text=True).stdout == pcnet3d("--version").stdout
-
-
-def test_quiet_says_the_result_only(lifted, tmp_path):
-    """Before the command, and behind it in a process in which other packages may warn."""
-    recipe = recipe_of(tmp_path / "short.toml", "rectify")
-    arguments = ["run", "--poses", lifted, "--fps", 30, "--recipe", recipe]
-    for said in (
-        pcnet3d("-q", *arguments, "-o", tmp_path / "a"),
-        apart(*arguments, "-q", "-o", tmp_path / "b"),
-    ):
-        assert succeeded(said).stderr == ""
-        assert "Up is known to within" in said.stdout
-        assert len(said.stdout.splitlines()) == 3
 
 
 def test_verbose_says_what_each_stage_is_given(lifted, tmp_path):

@@ -99,8 +99,8 @@ poses/geometric: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --set rectify.re
 poses/written: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --stature 1.8 ALSO
 
 live: live DATA/video/walk_crop.mp4 MOVENET --json
-batch: batch INPUTS/study/manifest.csv --workers 1 -q
-batch_folder: batch INPUTS/study/folder --set fps=30 --workers 1 -q
+batch: batch INPUTS/study/manifest.csv --workers 1
+batch_folder: batch INPUTS/study/folder --set fps=30 --workers 1
 
 compare/estimators: compare poses/boxing poses/boxing_blazepose keypoints/boxing
 compare/motions: compare simulated/take00 simulated/take10

@@ -19,7 +19,7 @@ from typer import Argument, Option
 from ....pipeline.core.errors import InputError, readable
 from ....pipeline.core.frames import Z_UP
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.messages import how_many, say, show
+from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import write_arrays
 from ....pipeline.files.bvh import read_motion
@@ -54,7 +54,7 @@ def mocap(
     for note in notes:
         say("note", note)
     frames, people = sum(map(len, clips)), Counter(clip.subject for clip in clips)
-    show(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / _FPS / 60:.1f} min")
+    print(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / _FPS / 60:.1f} min")
     print(
         f"{how_many(len(people), 'subject')} (clips): {', '.join(f'{who} ({n})' for who, n in sorted(people.items()))}"
     )

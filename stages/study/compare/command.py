@@ -10,7 +10,7 @@ import typer
 
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.messages import say_all
+from ....pipeline.core.messages import say
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
@@ -116,6 +116,7 @@ def compare(
         (partial / "compare.html").write_text(html, encoding="utf-8")
     if output is None:
         add_to_list(folders[0], "compare")
-    say_all("warning", [each.text for each in notices])
+    for each in notices:
+        say("warning", each.text)
     print("\n".join(lines))
     point_to(target)

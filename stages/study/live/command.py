@@ -18,7 +18,7 @@ from ....models.detector.repeated import without_repeats
 from ....models.gravity.evidence import told_up
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.messages import how_many, say, show
+from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.system import quoted
 from ....pipeline.files.atomic import add_to_summary, require_space, whole_folder
 from ....pipeline.files.names import KEYPOINTS
@@ -71,14 +71,14 @@ def live(
             watch = _watch(options)
             summary, full = _recorded(shown, watch, folder, not options.no_frames, send)
             add_to_summary(folder, device=where.summary(), live=summary)
-        show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
+        print(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
         if not watch.person.shown:
             raise InputError(
                 "nothing-usable",
                 f"Nobody was found in {how_many(summary['frames'], 'frame')} of {shown.name} by "
                 f"{watch.detector.method}; the recording is kept in {output}.",
             )
-        show(f"for angles and a report: {_run_of(shown, watch, output, not options.no_frames)}")
+        print(f"for angles and a report: {_run_of(shown, watch, output, not options.no_frames)}")
         if full is not None:
             raise full
 

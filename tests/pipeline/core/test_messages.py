@@ -12,7 +12,7 @@ from pcnet3d.pipeline.core import messages
 @pytest.fixture(autouse=True)
 def normal():
     yield
-    messages.set_detail("normal")
+    messages.set_verbose(False)
 
 
 class Terminal(io.StringIO):

@@ -12,7 +12,7 @@ from commands import pcnet3d, recipe_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Z_UP, Take
-from pcnet3d.pipeline.core.messages import set_detail
+from pcnet3d.pipeline.core.messages import set_verbose
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.running.conclusion import conclude, point_to
@@ -45,10 +45,10 @@ def test_the_result_then_trust_then_the_files(take, tmp_path, capsys):
 def said(take, tmp_path, capsys):
     """said(notices, ...): what is said of takes with these, on stderr and on stdout."""
 
-    def call(*notices, names=("",), detail="normal"):
-        set_detail(detail)
+    def call(*notices, names=("",), verbose=False):
+        set_verbose(verbose)
         conclude({name: take.saying(*own) for name, own in zip(names, notices, strict=True)}, tmp_path)
-        set_detail("normal")
+        set_verbose(False)
         out, err = capsys.readouterr()
         return err.splitlines(), out.splitlines()
 
@@ -70,14 +70,11 @@ def test_at_most_three_notices_are_said_the_gravest_and_those_to_act_on_first(sa
     assert out[-1] == "1 more note in the report (-v)"
 
 
-def test_all_are_said_with_v_and_none_with_q(said):
+def test_all_are_said_with_v(said):
     every = [*NOTES, *WARNINGS]
-    err, out = said(every, detail="verbose")
+    err, out = said(every, verbose=True)
     assert [line.partition(": ")[2] for line in err] == [each.text for each in every]
     assert "more" not in out[-1]
-    err, out = said(every, detail="quiet")
-    assert err == []
-    assert len(out) == 3  # the result, how far it can be trusted, and where it is
 
 
 def test_marks_and_what_the_verdict_says_are_not_said_again(said):
