@@ -91,14 +91,6 @@ Force = Annotated[
 Resume = Annotated[
     bool, _option(_OUTPUT, "Continue an interrupted detection in this output folder.", "--resume")
 ]
-Strict = Annotated[
-    bool,
-    _option(
-        _OUTPUT,
-        "Exit with code 3 if the poses are suspicious, 4 if they are unusable or up was not found.",
-        "--strict",
-    ),
-]
 OnDevice = Annotated[
     Device,
     _option(

@@ -7,7 +7,7 @@ import typer
 from ..core.messages import debug
 from ..core.take import Take
 from ..files.atomic import check_replaceable
-from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
+from ..reading.settings import Force, Output, Resume, RunOptions, offering
 from .conclusion import conclude, conclude_people
 from .plan import planned
 from .progress import stages, telling_of_kept
@@ -15,9 +15,7 @@ from .run import checkpoint_of, inputs_of, run_files, run_people
 
 
 @offering()
-def run(
-    options: RunOptions, output: Output, resume: Resume = False, strict: Strict = False, force: Force = False
-) -> None:
+def run(options: RunOptions, output: Output, resume: Resume = False, force: Force = False) -> None:
     """Turn a video, 2D keypoints or 3D poses into joint angles, paths, gait and a report.
 
     Without --poses, a lifter makes 3D poses from the keypoints. Without --keypoints, a detector finds them in the
@@ -32,8 +30,9 @@ def run(
     with telling_of_kept(kept, resume), stages(names) as done:
         go = run_people if options.everyone else run_files
         ended = go(options, output, resume=resume, force=force, done=done)
-    alone = isinstance(ended, Take)
-    code = conclude({"": ended}, output, strict) if alone else conclude_people(ended, output, strict)
-    code = 130 if alone and any(each.code == "interrupted" for each in ended.notices) else code
-    if code:
-        raise typer.Exit(code)
+    if not isinstance(ended, Take):
+        conclude_people(ended, output)
+        return
+    conclude({"": ended}, output)
+    if any(each.code == "interrupted" for each in ended.notices):
+        raise typer.Exit(130)

@@ -13,7 +13,7 @@ from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
 from ..reading.take import Person
-from .sentences import answer, exit_code, length_of, trusted
+from .sentences import answer, length_of, trusted
 
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = "person-chosen"  # who was visible and left out comes before the result
@@ -25,37 +25,29 @@ _SAID = (
 )  # graver ones are in the verdict, and a mark is a place in the recording
 
 
-def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, within: str = "") -> int:
+def conclude(takes: Mapping[str, Take], folder: Path, within: str = "") -> None:
     """Print what came of each take by its name, how far that can be trusted, what changes a decision, and where the
-    files are: in `folder`, of several takes the first's `within` it. Returns the exit code: with `strict` that of the
-    worst take, else 0."""
-    worst = 0
+    files are: in `folder`, of several takes the first's `within` it."""
     for who, take in takes.items():
-        code = exit_code(take)
-        strictly = (
-            f"Exit code {code}, as --strict asks." if strict else f"--strict makes the exit code {code}."
-        )
         for each in take.notices:
             if each.code == _FIRST:
                 print(f"{who}{each.text}")
         print(f"{who}{' '.join([f'{length_of(take)}.', *answer(take)])}")
-        if doubts := " ".join(filter(None, [trusted(take), strictly * bool(code)])):
+        if doubts := trusted(take):
             print(f"{who}{doubts}")
-        worst = max(worst, code)
     more = _say(takes)
     point_to(folder, within)
     if more:
         print(f"{how_many(more, 'more note')} in the report (-v)")
-    return worst if strict else 0
 
 
-def conclude_people(runs: Sequence[Person], folder: Path, strict: bool = False) -> int:
+def conclude_people(runs: Sequence[Person], folder: Path) -> None:
     """The same of several people's runs, after who was left out."""
     for run in runs:
         if run.take is None:
             say("warning", f"person {run.name} was left out: {run.refusal}")
     takes = {f"person {run.name}: ": run.take for run in runs if run.take}
-    return conclude(takes, folder, strict, next(run.folder for run in runs if run.folder))
+    conclude(takes, folder, next(run.folder for run in runs if run.folder))
 
 
 def point_to(folder: Path, within: str = "") -> None:

@@ -15,7 +15,7 @@ from ..core.camera import pitch_roll_deg
 from ..core.figures import UNITS, label_of
 from ..core.measures import Measure, Measures
 from ..core.messages import bound_in_words, how_many, rate_in_words
-from ..core.notices import EXIT_CODES, grave, verdict
+from ..core.notices import grave
 from ..core.pose import Rectified
 from ..core.rotations import rotate
 from ..core.take import AngleErrors, Take
@@ -279,13 +279,6 @@ def _range(ranges: Measures, name: str) -> JointRange:
             if whole := of.figure("p05_p95"):
                 times = max(times, whole.value / (whole.bar or _UNSTATED))
     return JointRange(name, ends, times)
-
-
-def exit_code(take: Take) -> int:
-    """How far a finished take can be trusted: 4 unusable or not levelled, 3 suspicious, 0 neither. Its poses are judged
-    as by `pcnet3d inspect`."""
-    levelled = take.rectified is None or take.rectified.level_ok
-    return EXIT_CODES[verdict(take.judged) if levelled else "unusable"]
 
 
 def trusted(take: Take) -> str:

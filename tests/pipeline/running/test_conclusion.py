@@ -1,5 +1,4 @@
-"""What a command says: the result, how far it can be trusted, at most three notices, then what to open; and the exit
-code of --strict."""
+"""What a command says: the result, how far it can be trusted, at most three notices, then what to open."""
 
 import json
 from dataclasses import replace
@@ -195,16 +194,11 @@ def run(joints, tmp_path):
 @pytest.mark.parametrize(
     ("change", "code"), [("none", 0), ("repeated", 3), ("flat", 4), ("lying", 3), ("short", 4)]
 )
-def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, change, code, tmp_path):
-    ended, last, out = run(change, "--strict", "--set=read.handedness=ignore")
-    assert ended == code
-    if change in ("none", "repeated", "flat"):  # whose faults are in the file, where inspect sees them
-        assert pcnet3d("inspect", tmp_path / "poses.npy", "--adapter", "videopose3d").returncode == code
-    assert code == 0 or last.endswith(f"Exit code {code}, as --strict asks.")
-    files = sorted(path.name for path in out.iterdir())
+def test_whatever_the_poses_are_there_are_results(run, change, code, tmp_path):
     ended, last, out = run(change, "--set=read.handedness=ignore")
     assert ended == 0
-    assert code == 0 or last.endswith(f"--strict makes the exit code {code}.")
-    assert sorted(path.name for path in out.iterdir()) == files  # the results are there in any case
+    if change in ("none", "repeated", "flat"):  # whose faults are in the file, where inspect sees them
+        assert pcnet3d("inspect", tmp_path / "poses.npy", "--adapter", "videopose3d").returncode == code
+    assert ("The poses are good" in last) == (change in ("none", "short"))
     level_ok = json.loads((out / "summary.json").read_text())["rectification"]["level_ok"]
     assert level_ok == (change != "short")
