@@ -20,7 +20,7 @@ reads = "C3D with points at joint centres, z up"
 
 _BLOCK = 512
 _KEY = 0x50  # second byte of a C3D file
-_PROCESSORS = (84, 85, 86)  # fourth byte of its parameters: Intel, DEC, MIPS
+_PROCESSORS = (84, 85, 86)  # fourth byte of its parameters: Intel, and DEC and MIPS, which are refused
 
 
 def sniff(path: Path) -> bool:

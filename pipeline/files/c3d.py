@@ -14,7 +14,7 @@ import numpy as np
 from ..core.messages import how_many
 
 _BLOCK = 512
-_INTEL, _DEC, _MIPS = 84, 85, 86  # the processor whose numbers the file has
+_INTEL, _OTHERS = 84, (85, 86)  # the processor whose numbers the file has; DEC and MIPS of the 1990s
 _ITEM = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes by a parameter's type: text, byte, integer, real
 LAST = 65535  # the greatest number of a frame that the header's two bytes hold
 
@@ -36,18 +36,18 @@ def parse(content: bytes) -> C3d:
         raise ValueError("it has no header")
     begin = (content[0] - 1) * _BLOCK
     processor = content[begin + 3] if begin + 3 < len(content) else 0
-    if processor not in (_INTEL, _DEC, _MIPS):
+    if processor in _OTHERS:
+        raise ValueError("its numbers are those of a DEC or MIPS machine; write it again for Intel's")
+    if processor != _INTEL:
         raise ValueError("its parameters are not where its header says")
-    parameters = _parameters(content, begin + 4, processor)
-    _, count, analog, first, last, _, _, _, block = map(
-        int, _integers(content[:18], processor).view(np.uint16)
-    )
+    parameters = _parameters(content, begin + 4)
+    _, count, analog, first, last, _, _, _, block = map(int, np.frombuffer(content[:18], "<u2"))
     # What the header's two bytes cannot hold is told by parameters.
     starts, ends = (parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", []) for end in ("START", "END"))
     if len(starts) == len(ends) == 2 and all(isinstance(value, int) for value in (*starts, *ends)):
         first, last = ((two[0] & 0xFFFF) + 65536 * (two[1] & 0xFFFF) for two in (starts, ends))
     width, frames = 4 * count + analog, last - first + 1
-    scale, header_rate = (float(_reals(content[at : at + 4], processor)[0]) for at in (12, 20))
+    scale, header_rate = (float(np.frombuffer(content[at : at + 4], "<f4")[0]) for at in (12, 20))
     item = 4 if scale < 0 else 2
     start, promised = (block - 1) * _BLOCK, frames * width * item
     if not count or not block or frames < 1 or len(content) < start + promised:
@@ -61,7 +61,7 @@ def parse(content: bytes) -> C3d:
             "many frames it has; export it in parts, or as TRC"
         )
     data = content[start : start + promised]
-    values = _reals(data, processor) if item == 4 else _integers(data, processor).astype(np.float32)
+    values = np.frombuffer(data, "<f4" if item == 4 else "<i2").astype(np.float32)
     points = values.reshape(frames, width)[:, : 4 * count].reshape(frames, count, 4)
     places = points[..., :3] if item == 4 else points[..., :3] * np.float32(scale)
     (rate_hz,) = parameters.get("POINT:RATE", [])[:1] or [header_rate]
@@ -80,7 +80,7 @@ def texts(parameters: dict[str, list[Any]], name: str) -> list[str]:
     return joined
 
 
-def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]:
+def _parameters(content: bytes, at: int) -> dict[str, list[Any]]:
     """Records one after the other, groups and parameters mixed, each with the distance to the next."""
     groups: dict[int, str] = {}
     records: list[tuple[int, str, list[Any]]] = []
@@ -90,20 +90,16 @@ def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]
         if length == 0 or group == 0:
             break
         name = content[at + 2 : body].decode("latin1").strip().upper()
-        distance = (
-            int(_integers(content[body : body + 2], processor).view(np.uint16)[0])
-            if body + 2 <= len(content)
-            else 0
-        )
+        distance = int.from_bytes(content[body : body + 2], "little") if body + 2 <= len(content) else 0
         at = body + distance if distance else len(content)
         if group < 0:
             groups[-group] = name
         else:
-            records.append((group, name, _values(content[body + 2 : at], processor)))
+            records.append((group, name, _values(content[body + 2 : at])))
     return {f"{groups.get(group, '')}:{name}": values for group, name, values in records}
 
 
-def _values(record: bytes, processor: int) -> list[Any]:
+def _values(record: bytes) -> list[Any]:
     """Of a parameter's record: type, number of dimensions, dimensions, data, the first dimension running fastest."""
     kind, dims = (
         int.from_bytes(record[:1], signed=True),
@@ -119,16 +115,4 @@ def _values(record: bytes, processor: int) -> list[Any]:
         return [piece.decode("utf-8", "replace").strip("\0 ") for piece in pieces]
     if kind == 1:
         return list(data)
-    return (_integers(data, processor) if kind == 2 else _reals(data, processor)).tolist()
-
-
-def _integers(data: bytes, processor: int) -> np.ndarray:
-    return np.frombuffer(data, ">i2" if processor == _MIPS else "<i2").astype(np.int16)
-
-
-def _reals(data: bytes, processor: int) -> np.ndarray:
-    """float32; DEC's have their halves exchanged and an exponent that is greater by two."""
-    if processor != _DEC:
-        return np.frombuffer(data, ">f4" if processor == _MIPS else "<f4").astype(np.float32)
-    halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
-    return np.ascontiguousarray(halves).view("<f4")[:, 0] / np.float32(4)
+    return np.frombuffer(data, "<i2" if kind == 2 else "<f4").tolist()
