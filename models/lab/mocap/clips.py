@@ -12,11 +12,11 @@ from typing import Literal, get_args
 import numpy as np
 from pydantic import BaseModel
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, readable
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
 from ....pipeline.files.arrays import load_all
-from ..common.config import read_json
+from ..common.config import checked
 
 Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
@@ -171,7 +171,8 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     if subjects == "hdm05":
         return read_mocap(folder / "hdm05_subset.npz")
     path = folder / "splits.json"
-    splits = dict(read_json(path, _Splits, "train, val and test subjects in JSON"))
+    with readable(path, "train, val and test subjects in JSON"):
+        splits = dict(checked(path.read_text(encoding="utf-8"), _Splits, str(path)))
     people = {part: set().union(*(getattr(of, part) for of in splits.values())) for part in PARTS}
     for part, other in combinations(PARTS, 2):
         if shared := people[part] & people[other]:

@@ -9,7 +9,7 @@ from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
 from pcnet3d.models.lab.common.metrics import tabled
 from pcnet3d.models.lab.evaluation import real_data, runs
-from pcnet3d.models.lab.evaluation.real_data import LIMBS, found_keypoints, read_cameras
+from pcnet3d.models.lab.evaluation.real_data import LIMBS, found_keypoints
 from pcnet3d.models.lab.evaluation.real_take import row, rows, summary
 from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
 from pcnet3d.models.lab.evaluation.statements import statements
@@ -17,7 +17,6 @@ from pcnet3d.pipeline import H36M17, PoseSequence, rotate
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.take import Video
-from refusals import refused
 
 SIZE = (1920, 1080)
 
@@ -71,12 +70,6 @@ def test_the_report_judges_what_is_known_of_each_take(walk):
     of_none = row(runs.Finished(None, one.truth, one.label, "no"))
     assert of_none["levelled"] == 0
     assert np.isnan([of_none["rigid_mm"], of_none["knee_flexion"]["mae"]]).all()
-
-
-def test_cameras_that_say_too_little_are_refused(tmp_path):
-    (tmp_path / "cameras.json").write_text('{"cameras": {"cam01": {"focal_px": [1, 1]}}}')
-    with refused("bad-value"):
-        read_cameras(tmp_path)
 
 
 def test_the_detector_looks_as_often_as_in_a_run(monkeypatch, tmp_path):
