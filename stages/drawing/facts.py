@@ -1,11 +1,11 @@
-"""What several outputs need of a take: an angle's band, its up in the camera's axes, its unit of length."""
+"""What several outputs need of a take: an angle's band, its up in the camera's axes."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...pipeline.core.measures import SD_90
-from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.pose import Rectified
 from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import sides_of
@@ -20,11 +20,6 @@ def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:
         for ending in ("deg", "sd_deg")
     )
     return (values, SD_90 * sds) if np.isfinite(values).any() else None
-
-
-def length_unit(poses: PoseSequence) -> str:
-    """The unit of length as it stands behind a figure."""
-    return poses.frame.unit if poses.frame.metric else "units"
 
 
 def shared_up(rectified: Rectified) -> np.ndarray:

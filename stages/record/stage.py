@@ -14,8 +14,8 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
-from ..drawing.facts import length_unit, shared_up
-from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
+from ..drawing.facts import shared_up
+from ..drawing.palette import GREEN, MIDDLE, PURPLE
 from ..drawing.provenance import provenance
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
@@ -62,10 +62,9 @@ def record(take: Take, path: str | Path) -> None:
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
-    axes it came in), body, level; wrists, of source and of level, along each axis; walk (LEVEL's room: the floor, the
-    path over it, the camera, and what goes along with the person); rotation (expected errors, and how far each frame's
-    vote on up is from the take's); angles/<angle> with the ends of its 90 % band; marks (moments of events); events
-    (notices); provenance.
+    axes it came in), body, level; walk (LEVEL's room: the floor, the path over it, the camera, and what goes along with
+    the person); rotation (expected errors, and how far each frame's vote on up is from the take's); angles/<angle> with
+    the ends of its 90 % band; marks (moments of events); events (notices); provenance.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -116,12 +115,6 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     log_skeleton(recording, "source", source, radius=0.024 * size)
     log_skeleton(recording, "body", rectified.body, radius=0.024 * size)
     log_skeleton(recording, "level", rectified.level, radius=0.04 * size)
-    for entity, skeleton in {"source": source, "level": rectified.level}.items():
-        wrists = {f"{side}_wrist": colour for side, colour in (("r", RIGHT), ("l", LEFT))}
-        paths = np.stack([skeleton.joint(wrist) for wrist in wrists], axis=-1)
-        for axis, values in zip("xyz", paths.swapaxes(0, 1), strict=True):
-            names = [f"{wrist} {axis} ({length_unit(skeleton)})" for wrist in wrists]
-            log_curves(recording, f"wrists/{entity}/{axis}", skeleton, values, names, [*wrists.values()])
 
 
 def _log_rotation(recording: rr.RecordingStream, take: Take) -> None:

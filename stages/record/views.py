@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...pipeline.core.frames import BODY
 from ...pipeline.core.take import Take
-from ..drawing.facts import length_unit
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
 from .first import first_view
@@ -48,12 +46,12 @@ def views(take: Take, size: float) -> rrb.Container:
 
 
 def _details(take: Take, size: float) -> rrb.Container:
-    """On the left the poses before and after, in the middle the path and the angles, on the right the wrists before and
-    after, rotation and words."""
+    """On the left the poses before and after, in the middle the path and the angles, on the right rotation and
+    words."""
     import rerun.blueprint as rrb
 
     poses, rectified = take.need("poses"), take.need("rectified")
-    source, unit = poses.frame, length_unit(poses)
+    source = poses.frame
     eyes = [size * frame.basis @ np.array(_EYES[frame.family]) for frame in (source, BODY)]
     placed = walked(rectified)
     texts: list[rrb.View] = []
@@ -61,11 +59,7 @@ def _details(take: Take, size: float) -> rrb.Container:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         texts.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
     texts.append(rrb.TextDocumentView(origin="provenance", name="Provenance"))
-    curves = [
-        _wrists("level", f"Wrists after ({unit})", ("x", "y", "up")),
-        _wrists("source", f"Wrists before ({unit})", source.axes),
-        rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)", plot_legend=rrb.Corner2D.LeftTop),
-    ]
+    rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)", plot_legend=rrb.Corner2D.LeftTop)
     columns = [
         [
             person_view("source", f"Before: {source.name} axes", eyes[0]),
@@ -75,19 +69,6 @@ def _details(take: Take, size: float) -> rrb.Container:
             *([walk_view(take, placed, size)] if placed is not None else []),
             *([angle_views(take)] if angled(take) else []),
         ],
-        [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*texts, active_tab=0)],
+        [rotation, rrb.Tabs(*texts, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
-
-
-def _wrists(entity: str, name: str, axes: Sequence[str]) -> rrb.Container:
-    """A view for each axis, right orange, left blue."""
-    import rerun.blueprint as rrb
-
-    views = [
-        rrb.TimeSeriesView(
-            origin=f"wrists/{entity}/{letter}", name=axis, plot_legend=rrb.PlotLegend(visible=False)
-        )
-        for letter, axis in zip("xyz", axes, strict=True)
-    ]
-    return rrb.Vertical(*views, name=name)

@@ -14,7 +14,6 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take, Video
 from ...pipeline.files.video_frames import OnePass
-from ..drawing.facts import length_unit
 from ..drawing.page import jpeg_address, player
 from ..drawing.palette import as_hex, side_colour
 from .pictures import jpeg, keypoints_at
@@ -57,8 +56,8 @@ def _player(
     whole = np.where(is_finite(points)[..., None], np.nan_to_num(np.round(points / step)), _MISSING).astype(
         "<i2"
     )
-    layout, unit = level.layout, length_unit(level)
-    square = 0.5 if unit == "m" else height / _SQUARES
+    layout, metric = level.layout, level.frame.unit == "m"
+    square = 0.5 if metric else height / _SQUARES
     held: dict[str, Any] = {
         "times": np.round(level.times[rows], 4).tolist(),
         "joints": points.shape[1],
@@ -71,7 +70,7 @@ def _player(
         "points": b64encode(whole.tobytes()).decode("ascii"),
     }
     held |= {"film": film} if film else {}
-    squares = f" The squares are {square:g} m wide." if unit == "m" else ""
+    squares = f" The squares are {square:g} m wide." if metric else ""
     how = f"turned upright, on the floor.{squares} {on_floor}" if level_ok else "as it came, not levelled."
     caption = (
         f"{'The video, and beside it the' if film else 'The'} skeleton {how} Orange is the person's right, blue the "

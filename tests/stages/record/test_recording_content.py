@@ -43,16 +43,6 @@ def test_bones_join_the_joints_they_name(taken):
         same(strips, np.moveaxis(expected, 2, 0))
 
 
-def test_wrists_before_and_after_with_units(taken):
-    take, recording = taken()
-    for entity, poses in (("source", take.poses), ("level", take.rectified.level)):
-        for i, axis in enumerate("xyz"):
-            _, _, values = recording.over_time(f"wrists/{entity}/{axis}", "Scalars:scalars")
-            same(values, np.stack([poses.joint("r_wrist")[:, i], poses.joint("l_wrist")[:, i]], axis=1))
-            names = recording.static(f"wrists/{entity}/{axis}", "SeriesLines:names")
-            assert names == [f"{wrist} {axis} (m)" for wrist in ("r_wrist", "l_wrist")]
-
-
 def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
     take = make_take()
     nothing = np.full_like(take.poses.joints, np.nan)
@@ -123,9 +113,8 @@ def test_events_stand_at_their_frames(taken):
 
 def test_views_follow_what_there_is(taken):
     _, recording = taken()
-    curves = {f"wrists/{entity}/{axis}" for entity in ("source", "level") for axis in "xyz"} | {"rotation"}
     persons = {"walk/along", "source", "body"}
-    assert set(recording.blueprint(ORIGIN)) == {"video", *persons, *curves, "provenance"}
+    assert set(recording.blueprint(ORIGIN)) == {"video", *persons, "rotation", "provenance"}
     assert {"First look", "Details"} <= set(recording.blueprint(TAB))
     assert "2D keypoints" in recording.blueprint(NAME)
     assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
