@@ -250,7 +250,6 @@ def _rectified(
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),
         up_shares=levelled.up.shares,
-        up_pulls=levelled.up.pulls,
         up_own={name: (R_source_from_reference @ up, error) for name, (up, error) in levelled.up.own.items()},
     )
 

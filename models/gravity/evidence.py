@@ -14,7 +14,7 @@ import numpy as np
 from ...pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import TOLD_UP
-from ...pipeline.core.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.core.take import Told
 from ..common.metrics import RAYLEIGH_90
 
@@ -44,16 +44,14 @@ class Evidence:
 class TakeUp:
     """A take's up. up: (3,), unit, or (T, 3) before a camera that moves; NaN where there is no evidence. error_deg:
     expected root mean square angle to the truth, of the take or (T,) of each frame. shares: by name, each source's part
-    of the information in a direction across up, its mean over all such directions. pulls: by how many degrees each
-    source moves up against what the others say together. own: the up that each source would have by itself, and its
-    error in degrees, of those that know one. notices: about sources that contradict each other. covariance: (3, 3) of
-    the error, square radians, where up may be surer along one direction than across it; None of an error that is alike
-    in all directions; (T, 3, 3) of an up of each frame."""
+    of the information in a direction across up, its mean over all such directions. own: the up that each source would
+    have by itself, and its error in degrees, of those that know one. notices: about sources that contradict each other.
+    covariance: (3, 3) of the error, square radians, where up may be surer along one direction than across it; None of
+    an error that is alike in all directions; (T, 3, 3) of an up of each frame."""
 
     up: np.ndarray
     error_deg: float | np.ndarray
     shares: dict[str, float] = field(default_factory=dict)
-    pulls: dict[str, float] = field(default_factory=dict)
     own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
     covariance: np.ndarray | None = None
@@ -134,15 +132,13 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
     # How far up moves with each source's: who is very sure of the roll alone has no share in the pitch.
     across, covariance = _across(sources, up)
     parts = {source.name: np.trace(covariance @ across @ source.information @ across.T) for source in sources}
-    pulls, own = {}, {}
-    for source in sources:
-        alone, others = _up_of([source]), [other for other in sources if other is not source]
-        if is_finite(alone):
-            own[source.name] = alone, _error_of([source], alone)
-        if is_finite(theirs := _up_of(others)):
-            pulls[source.name] = float(angle_deg(up, theirs))
+    own = {
+        source.name: (alone, _error_of([source], alone))
+        for source in sources
+        if is_finite(alone := _up_of([source]))
+    }
     shares = {name: float(part / sum(parts.values())) for name, part in parts.items()}
-    return TakeUp(up, _error_of(sources, up), shares, pulls, own, covariance=across.T @ covariance @ across)
+    return TakeUp(up, _error_of(sources, up), shares, own, covariance=across.T @ covariance @ across)
 
 
 def radius_90(covariance: np.ndarray) -> np.ndarray:

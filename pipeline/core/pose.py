@@ -339,8 +339,8 @@ class Rectified:
     up_error_deg, up_bound_deg: (T,) for the up that BODY and LEVEL share: its expected root mean square angle to the
         truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own estimate of up, in
         the source's axes; in a long take some frames have that of their neighbours; NaN without one.
-        up_shares: the share of each source of up, by name; up_pulls: by how many degrees each moves it; up_own:
-        the up of each source by itself, in the source's axes, and its error in degrees.
+        up_shares: the share of each source of up, by name; up_own: the up of each source by itself, in the source's
+        axes, and its error in degrees.
     method: "geometric", "pcnet@<hash>" or, of a file, "mine.onnx@<hash>".
     source: the axes that the poses come in. camera: "static" or "moving"; None for a world, which knows its own up.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
@@ -362,7 +362,6 @@ class Rectified:
     up_bound_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_shares: dict[str, float] = field(default_factory=dict)
-    up_pulls: dict[str, float] = field(default_factory=dict)
     up_own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -210,7 +210,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         source=poses.frame,
         camera=of.camera,
         up_shares=of.up_shares,
-        up_pulls={name: source["pull_deg"] for name, source in sources if "pull_deg" in source},
         up_own={
             name: (
                 _up(source["pitch_deg"], source["roll_deg"], poses.frame),

@@ -224,16 +224,13 @@ def summary(take: Take) -> dict[str, Any]:
 
 
 def _up_by_source(take: Take) -> dict[str, dict[str, float]]:
-    """What each source of up says: pitch and roll of the camera by it alone, with their root mean square error; its
-    weight in the take's up, where it was heard; and by how many degrees it moves that."""
+    """What each source of up says: pitch and roll of the camera by it alone, with their root mean square error; and its
+    weight in the take's up, where it was heard."""
     rectified, to_camera = take.need("rectified"), take.need("poses").frame.basis.T
-    told = {name: {} for name in (*rectified.up_shares, *rectified.up_own, *rectified.up_pulls)}
+    told = {name: {"share": share} for name, share in rectified.up_shares.items()}
     for name, (up, error_deg) in rectified.up_own.items():
         pitch_deg, roll_deg = pitch_roll_deg(rotate(to_camera, up[None])[0]).tolist()
-        told[name] |= {"pitch_deg": pitch_deg, "roll_deg": roll_deg, "error_deg": error_deg}
-    for key, values in {"share": rectified.up_shares, "pull_deg": rectified.up_pulls}.items():
-        for name, value in values.items():
-            told[name][key] = value
+        told.setdefault(name, {}).update(pitch_deg=pitch_deg, roll_deg=roll_deg, error_deg=error_deg)
     return told
 
 

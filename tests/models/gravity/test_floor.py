@@ -152,7 +152,6 @@ def test_feet_of_somebody_who_has_no_trunk_leave_what_is_told(standing):
     vague = level_static(legs, [direction("told", UP, 5.0)]).up
     assert vague.error_deg < 5.0
     assert vague.shares.keys() == {"told", "feet"}
-    assert vague.pulls.keys() == {"feet"}  # without what is told there is nothing for it to pull at
 
 
 def test_copies_of_one_stance_are_one_look(standing):

@@ -204,11 +204,11 @@ def two(seen) -> list[PersonFrames]:
     return [replace(seen.seen(noise_about(seen.R, 3, seed)), name=f"person {seed}") for seed in (0, 1)]
 
 
-def test_each_person_and_the_image_are_told_with_share_pull_and_own_answer(seen, two):
+def test_each_person_and_the_image_are_told_with_share_and_own_answer(seen, two):
     """Beside an image that a lifter is told they have no say, and stand there with their own answer."""
     up = level_people(two, (), look_at(seen.up[0], error_deg=4.0))[0].up
     everybody = {"person 0", "person 1", "image"}
-    assert up.shares.keys() == up.pulls.keys() == up.own.keys() == everybody
+    assert up.shares.keys() == up.own.keys() == everybody
     exact = level_people(two, (), look_at(seen.up[0]))[0].up
     assert exact.shares == {"image": 1.0}
     assert exact.own.keys() == everybody

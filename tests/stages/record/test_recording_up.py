@@ -109,11 +109,7 @@ def test_the_horizon_is_where_level_rays_meet_the_image():
 def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
     take = make_take().with_(video=film(), camera=looking())
     up = take.camera.looks[0].up
-    take = take.with_(
-        rectified=replace(
-            take.rectified, up_own={"image": (up, 0.8), "frames": (up, 6.0)}, up_pulls={"image": 2.0}
-        )
-    )
+    take = take.with_(rectified=replace(take.rectified, up_own={"image": (up, 0.8), "frames": (up, 6.0)}))
     rows = summary(take)["rectification"]["up_by_source"]
     assert rows["image"]["pitch_deg"] == pytest.approx(10.0)
     assert rows["feet"] == {"share": 0.25}
