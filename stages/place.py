@@ -22,6 +22,8 @@ from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
 
+_UNUSUAL = 0.9  # of the frames, whose posture is no more unusual than what the frames' error is stated of
+
 
 @dataclass(frozen=True)
 class Place:
@@ -108,7 +110,8 @@ def _said(
     own_sd = float(np.median(np.sqrt(np.linalg.eigvalsh(path.own[located])[:, -1])))
     posture = POSTURE_SD * float(np.median(np.linalg.norm(path.root[located], axis=1)))
     body = poses.without_feet.joints
-    folded = implied_stature(body) * float(np.sqrt((folding(body) ** 2 @ np.square(FOLDING_SD)).mean()))
+    squares = folding(body) ** 2 @ np.square(FOLDING_SD)
+    folded = implied_stature(body) * float(np.sqrt(np.quantile(squares, _UNUSUAL)))
     placed, frames, bridged = int((located & visible).sum()), len(visible), int((located & ~visible).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
