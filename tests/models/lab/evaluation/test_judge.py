@@ -81,7 +81,7 @@ def test_what_a_posture_adds_is_fitted_beside_all_else_and_only_made_larger():
 def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_person_there_are_none():
     def rate(person: str, size: float) -> Stated:
         error = size * np.random.default_rng(0).normal(size=250)
-        known = {"rate": np.zeros(250), "model": np.ones(250)}
+        known = {"rate": np.zeros(250), "model": np.ones(250), "faster": np.zeros(250)}
         return Stated("rate of knee_flexion", person, error, np.ones(250), known)
 
     calm, wild = rate("a", 1.0), rate("b", 100.0)
