@@ -25,6 +25,8 @@ if TYPE_CHECKING:
         MHR70,
         MPI3DHP17,
         OPENPOSE18,
+        SOMA30,
+        SOMA77,
         Layout,
     )
     from .pipeline.core.pose import MadeBy, PoseSequence, Rectified
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO18", "COCO23", "GL_CAMERA", "H36M17",
-    "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18", "Y_UP",
+    "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18", "SOMA30", "SOMA77", "Y_UP",
     "Z_UP", "Frame", "InputError", "Layout", "MadeBy", "PoseSequence", "Rectified", "Take", "__version__", "adapters",
     "models", "pipeline", "process", "read", "read_run", "rectify", "stages",
 ]  # fmt: skip

@@ -1,7 +1,7 @@
 """3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's.
 
 Beside the keypoints that adapter json2d reads, each entry of the list has 24 joints in SMPL's order: camera axes about
-SMPL's pelvis, in units of the depth that the network covers, which is 2 m in its configs. Nose and
+SMPL's pelvis, in units of the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and
 top of the head are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in
 the file.
 """
@@ -32,7 +32,6 @@ reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_j
 _KEY = "pred_xyz_jts"
 _SMPL = Layout("SMPL24", (*SMPL, "l_hand", "r_hand"))
 _SHAPE = (len(_SMPL), 3)
-_UNIT_M = 2.0  # BBOX_3D_SHAPE of its configs
 _STATURE_M = (0.9, 2.6)
 
 
@@ -41,12 +40,13 @@ def sniff(path: Path) -> bool:
     return first is not None and first[1] and _KEY in first[0]
 
 
-def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
+def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequence, ...]:
     """One sequence a tracked person, named by its `idx`: H36M17 in CAMERA, metres; frame_index = image number.
 
-    track: ignore `idx` and join each body to the nearest of the frames before, by their boxes. InputError when the file
-    is not of this form, when a body is no human's in that unit, and when a person is in a frame twice because nobody
-    was tracked.
+    track: ignore `idx` and join each body to the nearest of the frames before, by their boxes.
+    unit_m: the file's unit in metres, the third number of the config's BBOX_3D_SHAPE over 1000.
+    InputError when the file is not of this form, when a body is no human's in that unit, and when a person is in a
+    frame twice because nobody was tracked.
     """
     moments, sightings = Moments(str(path)), People(str(path))
     for moment, entry, where in people(path, "AlphaPose's results", moments):
@@ -57,7 +57,7 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
                 "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
             )
         person = None if track else track_named(entry.get("idx", 0), where)
-        sightings.add(moment, _UNIT_M * joints, person=person, box=_box(entry.get("box"), where))
+        sightings.add(moment, unit_m * joints, person=person, box=_box(entry.get("box"), where))
     everybody = sightings.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock())
     return tuple(_of_smpl(poses, path) for poses in everybody)
 
@@ -68,8 +68,8 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
     if not _STATURE_M[0] < stature < _STATURE_M[1]:
         raise InputError(
             "wrong-axes",
-            f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; run AlphaPose with a "
-            "config whose BBOX_3D_SHAPE ends with 2000.",
+            f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; give the file's unit "
+            "in metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000.",
         )
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
     derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}

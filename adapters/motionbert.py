@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.lifters import CLIP, FRAMES, fits, in_camera, in_pixels
 from .kit.numpy import plain_array
@@ -20,25 +21,41 @@ from .kit.numpy import plain_array
 name = "motionbert"
 gives = "poses"
 made_by = MadeBy("estimated", "MotionBERT")
-reads = "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale"
+reads = (
+    "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
+)
 
 
 def sniff(path: Path) -> bool:
     return name in fits(path)
 
 
-def read(path: Path, clip: int = CLIP) -> tuple[PoseSequence]:
+def read(path: Path, pixel: bool = False, clip: int = CLIP) -> tuple[PoseSequence]:
     """The one person of the file: H36M17 in camera axes, "arbitrary" unit, the pelvis where the file has it.
 
+    pixel: the file comes from `infer_wild.py --pixel`: x, y in pixels of the image, z in the same scale.
+        A pixel is no length, so the unit is "arbitrary" here too.
     clip: frames that the network saw at once (`--clip_len`); clips do not overlap, so a clip boundary lies between.
     Which video frames the rows belong to is unknown: frames without a detection are missing from the file.
-    Raises InputError when the file is no such array, or is of infer_wild.py --pixel.
+    Raises InputError when the file is no such array or its values contradict `pixel`.
     """
     joints = plain_array(path, FRAMES)
-    if in_pixels(joints):
+    if in_pixels(joints) and not pixel:
         raise InputError(
             "wrong-axes",
-            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; run infer_wild.py without "
-            "--pixel, or read millimetres with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm.",
+            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
+            + (
+                "if they are millimetres, read it with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm."
+                if not joints[:, H36M17.index("pelvis")].any()
+                else "pass pixel=true (--option pixel=true) if the file comes from infer_wild.py --pixel, or read it "
+                "with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres."
+            ),
         )
-    return (in_camera(joints, clip, frame=CAMERA.with_(origin="crop centre", unit="arbitrary")),)
+    if pixel and not in_pixels(joints):
+        raise InputError(
+            "wrong-axes",
+            f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
+            "about -1 to 1; leave out the option pixel.",
+        )
+    frame = CAMERA.with_(origin="image corner" if pixel else "crop centre", unit="arbitrary")
+    return (in_camera(joints, clip, frame=frame),)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
         MHR70,
         MPI3DHP17,
         OPENPOSE18,
+        SOMA30,
+        SOMA77,
         Layout,
         remap,
     )
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ANGLES", "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO18", "COCO23", "FEET", "GL_CAMERA",
     "H36M17", "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18",
-    "REASONS", "Y_UP", "Z_UP", "Adapter", "Camera", "Frame", "InputError", "Layout",
+    "REASONS", "SOMA30", "SOMA77", "Y_UP", "Z_UP", "Adapter", "Camera", "Frame", "InputError", "Layout",
     "Lifted", "Lifter", "MadeBy", "Measure", "Notice", "Pipeline", "PoseSequence", "Rectified", "Rectifier", "RootPath",
     "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer", "angle_deg", "angles", "change_frame",
     "check_adapter", "computing_on", "find_swaps", "load_recipe", "mask_swaps", "nested", "notice", "open_take",

@@ -187,11 +187,35 @@ MHR70 = Layout(
      *(f"{side}_{part}" for part in ("olecranon", "cubital_fossa", "acromion") for side in "lr"), "neck"),
 )  # fmt: skip
 
+
+def _soma_hand(side: str) -> tuple[str, ...]:
+    thumb = tuple(f"{side}_thumb_{part}" for part in ("1", "2", "3", "end"))
+    others = (name for name in _digits(side, "1", "2", "3", "4", "end") if "thumb" not in name)
+    return (*thumb, *others)
+
+
+# The joints of NVIDIA's SOMA: GEM-X, Kimodo. Its "skull" is the joint between neck and head; it has no heels.
+SOMA77 = Layout(
+    "SOMA77",
+    ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "head_top", "jaw", "l_eye", "r_eye",
+     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *ARM), *_soma_hand(side))),
+     *(name for side in "lr" for name in (*_limb(side, *LEG), f"{side}_toe_base", f"{side}_toe_end"))),
+)  # fmt: skip
+
+# The same with fewer joints, as Kimodo's first examples have it: no top of the head, and two points a hand.
+SOMA30 = Layout(
+    "SOMA30",
+    ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "jaw", "l_eye", "r_eye",
+     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *ARM),
+                                            f"{side}_thumb_end", f"{side}_middle_end")),
+     *(name for side in "lr" for name in (*_limb(side, *LEG), f"{side}_toe_base"))),
+)  # fmt: skip
+
 LAYOUTS = {
     layout.name: layout
     for layout in (
         H36M17, H36M17_B, H36M17_C, COCO17, COCO18, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
-        MPI3DHP17, MHR70,
+        MPI3DHP17, MHR70, SOMA30, SOMA77,
     )
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Joints of body models: SOMA of GEM-X, SMPL of AlphaPose and WHAM (formats.md section 6)."""
+"""Joints of body models: SOMA of GEM-X and Kimodo, SMPL of AlphaPose and WHAM (formats.md section 6)."""
 
 import json
 import pickle
@@ -14,11 +14,32 @@ from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core import layouts
+from pcnet3d.pipeline.core.layouts import SOMA30, SOMA77
 from pcnet3d.pipeline.reading.find import adapters
-from refusals import refused
 
 FRAMES = 40
 LIMBS = H36M17.indices(layouts.LIMBS)
+
+
+def test_soma_of_thirty_joints(tmp_path):
+    """Kimodo's first examples: the same joints, fewer of them."""
+    joints = np.load(estimators.soma(tmp_path, standing(FRAMES)))["posed_joints"]
+    np.savez(tmp_path / "motion.npz", posed_joints=joints[:, SOMA77.indices(SOMA30.joints)])
+    assert recognised(tmp_path / "motion.npz") == ["soma"]
+    found = read(tmp_path / "motion.npz", fps=30)
+    np.testing.assert_allclose(found.joints[:, LIMBS], limbs_of(worlds.y_up(standing(FRAMES))), atol=1e-5)
+
+
+def test_soma_that_lies_or_is_another_skeleton(tmp_path):
+    path = estimators.soma(tmp_path, standing(FRAMES))
+    joints = np.load(path)["posed_joints"]
+    np.savez(path, posed_joints=joints[..., [1, 2, 0]])
+    with pytest.raises(InputError, match=r"stands along \+y"):
+        read(path)
+    np.savez(path, posed_joints=joints[:, :34])  # G1, a robot
+    assert recognised(path) == []
+    with pytest.raises(InputError, match=r"\(frames, 77, 3\)"):
+        read(path, "soma")
 
 
 def test_gemx_bvh_takes_the_face_from_its_joints(tmp_path):
@@ -48,10 +69,12 @@ def test_alphapose3d(smpl_json):
         assert "nearest box" in str(poses.history)
 
 
-def test_alphapose3d_in_another_unit(smpl_json, monkeypatch):
-    monkeypatch.setattr("pcnet3d.adapters.alphapose3d._UNIT_M", 1.0)
-    with refused("wrong-axes", "BBOX_3D_SHAPE"):
-        read_all(smpl_json[0])
+def test_alphapose3d_in_another_unit(smpl_json):
+    path, people = smpl_json
+    first, _ = read_all(path, unit_m=2.2)
+    np.testing.assert_allclose(first.joints[:, LIMBS], 1.1 * limbs_of(people[0]), atol=1e-5)
+    with pytest.raises(InputError, match="unit_m"):
+        read_all(path, unit_m=1.0)
 
 
 def test_alphapose3d_without_tracks_or_joints(smpl_json):

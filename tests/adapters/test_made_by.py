@@ -40,3 +40,4 @@ def test_amass_is_motion_capture_by_its_own_words_alone(tmp_path):
     np.savez(tmp_path / "wham.npz", joints=joints, fps=30.0)
     assert read(tmp_path / "amass.npz").made_by.kind == "measured"
     assert read(tmp_path / "wham.npz").made_by.kind == "unknown"
+    assert read(estimators.soma(tmp_path, joints), fps=30).made_by.kind == "unknown"

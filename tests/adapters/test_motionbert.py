@@ -32,9 +32,18 @@ def test_clip_length(x3d):
         read(x3d(), clip=0)
 
 
-def test_pixels_are_refused(x3d):
-    with pytest.raises(InputError, match="without --pixel"):
+def test_pixels(x3d):
+    path = x3d(as_pixels)
+    poses = read(path, pixel=True)
+    np.testing.assert_allclose(poses.joints, RELATIVE * 360, atol=1e-3)
+    assert poses.frame.unit == "arbitrary"
+
+
+def test_option_pixel_must_fit_the_values(x3d):
+    with pytest.raises(InputError, match="pixel=true"):
         read(x3d(as_pixels))
+    with pytest.raises(InputError, match="leave out the option pixel"):
+        read(x3d(), pixel=True)
 
 
 def test_person_in_the_middle_of_the_image_is_still_motionbert(x3d):

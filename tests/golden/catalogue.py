@@ -265,6 +265,7 @@ CATALOGUE = (
     Golden("mmpose3d", "RTMW3D's `results_<video>.json`", partial(_people, lifters.rtmw3d)),
     Golden("motionbert", "`X3D.npy`", partial(_npy, lifters.x3d, 300)),
     Golden("phalp", "`demo_<video>.pkl`", _phalp),
+    Golden("soma", "Kimodo's `.npz`", partial(_world, estimators.soma)),
     Golden("table2d", "DeepLabCut's CSV", partial(_detections, "deeplabcut", COCO17)),
     Golden("table2d", "SLEAP's CSV", partial(_detections, "sleap", COCO17)),
     Golden("table2d", "CSV, a column for each coordinate", partial(_detections, "columns", COCO17)),

@@ -13,7 +13,7 @@ from golden.bodies import feet_of, placed
 from golden.lifters import box_of
 from golden.skeleton import PLACE, Bone, bvh_text, turns
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, FEET, MHR70
+from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, FEET, MHR70, SOMA77
 
 AWAY_M = np.array([0.3, 0.1, 4.0])
 FOCAL_PX = 1468.6  # the diagonal of 1280 x 720
@@ -78,6 +78,18 @@ def instanthmr(folder: Path, people: list[np.ndarray]) -> Path:
     joints[5:8, 1] = np.nan
     np.savez(folder / "instanthmr.npz", joints_3d=joints, cam_trans=trans.astype(np.float32))
     return folder / "instanthmr.npz"
+
+
+def soma(folder: Path, world: np.ndarray) -> Path:
+    """Kimodo's .npz of somaskel77, of bodies z up."""
+    joints = worlds.y_up(placed(world, SOMA77.joints)).astype(np.float32)
+    still = np.tile(np.eye(3, dtype=np.float32), (*joints.shape[:2], 1, 1))
+    path = folder / "motion_00.npz"
+    np.savez(
+        path, posed_joints=joints, global_rot_mats=still, local_rot_mats=still, root_positions=joints[:, 0],
+        foot_contacts=np.zeros((len(joints), 4)),
+    )  # fmt: skip
+    return path
 
 
 # The names of SOMA's bones in GEM-X's BVH, their parents and the joints of ours that they are.

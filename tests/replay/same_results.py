@@ -95,8 +95,9 @@ poses/broken: run --poses MOTIONBERT/broken_X3D.npy --fps 25
 poses/skating: run --poses MHFORMER/output_3D/output_keypoints_3d.npz SKATER
 poses/roof: run --poses INPUTS/demo_man.npy BLAZEPOSE --keypoints INPUTS/demo_man.json --fps 30
 poses/sam3dbody: run --poses DATA/native/sam3dbody --fps 30 --person 1
+poses/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
 poses/geometric: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --set rectify.rectifier=geometric
-poses/written: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --stature 1.8 ALSO
+poses/written: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30 ALSO
 
 live: live DATA/video/walk_crop.mp4 MOVENET --json
 batch: batch INPUTS/study/manifest.csv --workers 1
