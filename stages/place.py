@@ -11,7 +11,15 @@ import numpy as np
 from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.angle_error.posture import folding
 from ..models.gravity.view import known_camera
-from ..models.place.path import FEWEST_FRAMES, FOLDING_SD, POSTURE_SD, SCALE_SD, PelvisPath, pelvis_path
+from ..models.place.path import (
+    FEWEST_FRAMES,
+    FOLDING_SD,
+    POSTURE_SD,
+    SCALE_SD,
+    UNUSUAL,
+    PelvisPath,
+    pelvis_path,
+)
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
@@ -21,8 +29,6 @@ from ..pipeline.core.path import RootPath, moved_covariance
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
-
-_UNUSUAL = 0.9  # of the frames, whose posture is no more unusual than what the frames' error is stated of
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,7 @@ def _said(
     posture = POSTURE_SD * float(np.median(np.linalg.norm(path.root[located], axis=1)))
     body = poses.without_feet.joints
     squares = folding(body) ** 2 @ np.square(FOLDING_SD)
-    folded = implied_stature(body) * float(np.sqrt(np.quantile(squares, _UNUSUAL)))
+    folded = implied_stature(body) * float(np.sqrt(np.quantile(squares, UNUSUAL)))
     placed, frames, bridged = int((located & visible).sum()), len(visible), int((located & ~visible).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)

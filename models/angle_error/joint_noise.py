@@ -60,8 +60,8 @@ class JointNoise:
     on straight lines between. postures: by angle, the standard deviations in degrees that one of
     each column of posture.growth adds. rates: by angle, of its angular velocity: a share of what the smoother's model
     says, one of the rate, a least one in degrees a second, and what one of posture.growth's speed adds; their squares
-    add. turn: of joints' own places
-    (joint_covariance.py). lifter: whose poses these are the errors of, as PoseSequence.made_by names it."""
+    add. turn: of joints' own places (joint_covariance.py). lifter: whose poses these are the errors of, as
+    PoseSequence.made_by names it."""
 
     modes: np.ndarray
     usual: tuple[float, float, float] = (5.0, 0.06, 0.016)

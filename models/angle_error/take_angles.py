@@ -168,8 +168,8 @@ def angle_series(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
 ) -> tuple[dict[str, AngleSeries], np.ndarray, np.ndarray]:
     """`take_angles` of poses that are rectified, their times (T,), and the body's speed (T,) as posture.growth has it,
-    0 where no errors are known. filtered: rectified's LEVEL through the low-
-    pass; noise: of the lifter that made them, None where it was not measured. InputError for another layout or frame.
+    0 where no errors are known. filtered: rectified's LEVEL through the low-pass; noise: of the lifter that made them,
+    None where it was not measured. InputError for another layout or frame.
     """
     if not poses.layout.is_body:
         raise InputError(

@@ -33,6 +33,9 @@ SCALE_SD = 0.037
 # within; of 4 people who crouch 80, of 4 who lie 74, with the image 82. The covariance is without it, as gait errors
 # were fitted.
 POSTURE_SD, FOLDING_SD = 0.0136, (0.148, 0.133)
+# The share of the frames whose posture is no more unusual than the one that the error of every frame is stated by. By
+# their mean, a quarter of the frames of people who crouch for a part of a take were outside, not a tenth.
+UNUSUAL = 0.9
 _JOLT = 0.2  # statures^2 / s^3, power spectral density of the pelvis's acceleration
 _LASTS_S = 1.0  # of the errors of joints: so much of a take counts as one independent frame
 _ROUNDS = 3  # of weighing frames by how far they are off the path

@@ -3,8 +3,8 @@
 The one runner of all reports: it opens the networks, refuses looks at test people without a reason, asks the report,
 and writes a page and the same figures as JSON. People are those that networks are chosen by, unless `--sets test` asks
 for those that figures are published of. A report is a module with `rows`, which gives the values of every take and the
-places where they stand, `summary`, what becomes of all values in one place, and `ABOUT`, what the page says of them;
-REPORTS has a row for each.
+places where they stand, `summary`, what becomes of all values in one place, and `ABOUT`, what the page says of them; or
+with `tables` in place of both, where a fit needs all values at once. REPORTS has a row for each.
 """
 
 from __future__ import annotations
@@ -97,10 +97,9 @@ def evaluate(
             judged.clips()  # a set without takes is refused before the work
         if "fit" in of.takes:
             asked["output"] = output
-        # What errors fits needs all rows at once.
         tables = (
             module.tables(question, **asked)
-            if report == "errors"
+            if hasattr(module, "tables")
             else tabled(module.rows(question), module.summary)
         )
         asked_for = {

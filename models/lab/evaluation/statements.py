@@ -27,7 +27,7 @@ from ....pipeline.signals.angles import ANGLES, FINE, MIDLINE, continuous, near,
 from ....pipeline.signals.filters import derivative
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from ...angle_error.posture import FEATURES, arms_of, features, growth, posture
+from ...angle_error.posture import FEATURES, arms_of, features, posture
 from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import TakeJoints, angle_rates, angle_series, smoothed, take_angles
 from ..common.metrics import person_size, scaled
@@ -212,8 +212,9 @@ def angles(
     plain = replace(noise, factors={}, tilts={}, more={}, postures={})
     of = stances(take)
     stands = {name: of[name] for name in (*FEATURES, "posture")}
-    faster = growth(of)[:, FEATURES.index("speed")]
-    parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
+    parts_of, _, faster = angle_series(
+        take.need("poses"), take.need("rectified"), take.need("filtered"), plain
+    )
     R = truth.R_camera_from_body
     true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
     true_rates = angle_rates(true, time_s)

@@ -135,7 +135,9 @@ def require_plausible(joints: np.ndarray) -> None:
         raise InputError("nothing-usable", "expected frames with all joints, got none, or NaN among them.")
     leg = leg_length(joints)
     if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
-        raise InputError("wrong-axes", f"expected metres, got legs {leg:.4g} long; in metres.")
+        raise InputError(
+            "wrong-axes", f"expected the legs of a person in metres, got {leg:.4g}; scale the recording."
+        )
     for start, end in _LIMBS:
         length = np.linalg.norm(joints[:, H36M17.index(start)] - joints[:, H36M17.index(end)], axis=-1)
         if length.std() > _LIMB_SPREAD * length.mean():
