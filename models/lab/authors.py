@@ -107,8 +107,8 @@ def loss_of(net: nn.ModuleDict, joints: Tensor, R: Tensor) -> Tensor:
     """Their loss for inputs (B, 17, 3) whose true rotations are R (B, 3, 3)."""
     from torch.nn.functional import mse_loss
 
+    from ..common.vectors import rotate as turned
     from .training.rectifier import geodesic
-    from .training.rectifier import rotate as turned
 
     truth = turned(R.mT, joints)
     found, residual = answer(net, joints)

@@ -26,7 +26,7 @@ from .mocap.clips import Clip
 from .mocap.mmfi import PROTOCOLS, read_tree
 
 if TYPE_CHECKING:
-    from .training.rectifier import PCNet
+    from .training.rectifier import Deployed
 
 # Every so many people of those to train on choose the best weights; the toolbox has no such part.
 _VALIDATED = 10
@@ -42,18 +42,16 @@ def mmfi(
     tree: Annotated[Path, Argument(help="The data set's folder, with E01 to E04 in it.")],
     output: Annotated[Path, Option("-o", "--output", help="Folder for networks and table.")],
     config: Annotated[Path | None, Option(help="Training config, instead of mmfi.toml.")] = None,
-    device: Annotated[str, Option(help="Where to train: auto, cpu or cuda.")] = "auto",
+    device: Annotated[training.Device, Option(help="Where to train; auto: a GPU if there is one.")] = "auto",
     threads: Annotated[int, Option(min=1, help="CPU threads.")] = 4,
 ) -> None:
     """Train on MM-Fi by its protocols S2 and S3 and print the paper's table."""
     with needed_for("Training"):
         import torch
 
-        from .training.rectifier import TrainConfig, best_of, step_s, train
+        from .training.rectifier import TrainConfig, step_s, train
     torch.set_num_threads(threads)
-    clips, notes = read_tree(tree)
-    for note in notes:
-        print(f"note: {note}")
+    clips = read_tree(tree)
     source = config or Path(training.__file__).with_name("mmfi.toml")
     run = checked(load_toml(source, "a training config"), TrainConfig, str(source))
     splits = {name: split_of(clips, tested) for name, tested in PROTOCOLS.items()}
@@ -65,12 +63,12 @@ def mmfi(
     rows: dict[str, dict[str, Any]] = {}
     for name, split in splits.items():
         print(f"{name}: {', '.join(f'{len(of)} clips {part}' for part, of in split.items())}")
-        train(run, output / name, device, split)
+        deployed = train(run, output / name, device, split)
         takes = clean_takes(split["test"], "paper", targets=run.targets)
         baseline = summary(judge(Geometric(), takes))
         rows[name] = {
             "geometric": {**baseline, "turned only": baseline["mpjpe"]},
-            "pcnet": judge_net(best_of(run, output / name), takes, run.symmetric),
+            "pcnet": judge_net(deployed, takes),
         }
     said = {"targets": run.targets, "steps": run.schedule.steps, "batch": run.batch}
     publish(output / "mmfi", "MM-Fi", _ABOUT, {**said, "rows": rows})
@@ -93,15 +91,11 @@ def split_of(clips: Sequence[Clip], tested: Set[str]) -> dict[str, list[Clip]]:
     return split
 
 
-def judge_net(net: PCNet, takes: Sequence[Take], symmetric: bool) -> dict[str, Any]:
-    """Figures of what the deployed network answers, but of the pose with what the residual head made of it, which an
-    exported network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
+def judge_net(deployed: Deployed, takes: Sequence[Take]) -> dict[str, Any]:
+    """Figures of what a network answers, but of the pose with what the residual head made of it, which an exported
+    network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
     import torch
 
-    from .training.rectifier import Deployed
-    from .training.rectifier import rotate as turned
-
-    deployed = Deployed(net, symmetric)
     whole: list[OfTake] = []
     bare: list[OfTake] = []
     for take in takes:
@@ -109,8 +103,9 @@ def judge_net(net: PCNet, takes: Sequence[Take], symmetric: bool) -> dict[str, A
         valid = torch.ones(joints.shape[:2])
         with torch.no_grad():
             R, error_deg = (x.double().numpy() for x in deployed(joints, valid))
-            answer = net(joints, valid)
-            pose = turned(answer.R, answer.canonical).double().numpy()
+            answer = deployed.net(joints, valid)
+            R_own, canonical = answer.R.double().numpy(), answer.canonical.double().numpy()
+            pose = rotate(R_own, canonical)
         whole.append(compare(take, R, error_deg, rotate(transpose(R), pose)))
         bare.append(compare(take, R, error_deg, rotate(transpose(R), take.joints.astype(np.float64))))
     return {**summary(whole), "turned only": summary(bare)["mpjpe"]}

@@ -11,6 +11,7 @@ from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.plugins.removed import refuse_removed
 from ...pipeline.running.recipe import load_toml
 from .common.config import checked
+from .training import Device
 
 
 def train(
@@ -19,7 +20,7 @@ def train(
         typer.Argument(help="Config file, such as models/lab/training/lifter.toml."),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
-    device: Annotated[str, typer.Option(help="auto (a GPU if there is one), cpu or cuda.")] = "auto",
+    device: Annotated[Device, typer.Option(help="auto: a GPU if there is one.")] = "auto",
     threads: Annotated[int, typer.Option(min=1, help="Number of CPU threads.")] = 1,
 ) -> None:
     """Train a network of this package from a config file, or continue a stopped training."""

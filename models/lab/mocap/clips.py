@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel
@@ -21,6 +21,7 @@ from ..common.config import checked
 Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
 
+FPS = 30.0  # of all clips in files
 LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells which way is up
 
 _TENNIS = "tennis_mocap"
@@ -62,10 +63,11 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
         joint_names=((len(H36M17),), "U"),
         **dict.fromkeys(("clip_name", "subject", "source"), (("clips",), "U")),
     )
-    start, fps = arrays["clip_start"], float(arrays["fps"])
-    if tuple(arrays["joint_names"]) != H36M17.joints or not 0 < fps < np.inf:
+    start = arrays["clip_start"]
+    if tuple(arrays["joint_names"]) != H36M17.joints or arrays["fps"] != FPS:
         raise InputError(
-            "wrong-content", f"Expected joints of H36M17 and a frame rate in {path}: see joint_names, fps."
+            "wrong-content",
+            f"Expected joints of H36M17, {FPS:g} times a second, in {path}: see joint_names, fps.",
         )
     world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
     if not np.isfinite(world).all():
@@ -78,7 +80,7 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
             name=str(arrays["clip_name"][i]),
             subject=str(arrays["subject"][i]),
             source=str(arrays["source"][i]),
-            fps=fps,
+            fps=FPS,
             joints=world[start[i] : start[i + 1]],
         )
         for i in range(len(start) - 1)
@@ -110,21 +112,13 @@ def read_rows(
     return arrays
 
 
-class _Listed(BaseModel):
-    """People of each part."""
-
-    train: set[str] = set()
-    val: set[str] = set()
-    test: set[str] = set()
-
-
 class _Splits(BaseModel):
-    """splits.json, by the files of motion capture; `clips` are recordings of one's own."""
+    """splits.json: people of each part, by the files of motion capture; `clips` are recordings of one's own."""
 
-    cmu_mocap: _Listed = _Listed()
-    accad_mocap: _Listed = _Listed()
-    tennis_mocap: _Listed = _Listed()
-    clips: _Listed = _Listed()
+    cmu_mocap: dict[str, set[str]] = {}
+    accad_mocap: dict[str, set[str]] = {}
+    tennis_mocap: dict[str, set[str]] = {}
+    clips: dict[str, set[str]] = {}
 
 
 def subject_of(name: str) -> str:
@@ -161,19 +155,15 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
 
     "train" and "val" are those of every file that splits.json lists (CMU, ACCAD, tennis, one's own); "test" is theirs
     but tennis's; "hdm05" is all of HDM05 and "tennis" the test players of tennis, test sets of their own of other
-    people and movements, other laboratories and body models. InputError for another name, or where the data is not.
+    people and movements, other laboratories and body models. InputError where the data is not.
     """
-    if subjects not in get_args(Subjects):
-        raise InputError(
-            "bad-value", f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'."
-        )
     folder = folder or data_folder()
     if subjects == "hdm05":
         return read_mocap(folder / "hdm05_subset.npz")
     path = folder / "splits.json"
     with readable(path, "train, val and test subjects in JSON"):
         splits = dict(checked(path.read_text(encoding="utf-8"), _Splits, str(path)))
-    people = {part: set().union(*(getattr(of, part) for of in splits.values())) for part in PARTS}
+    people = {part: set().union(*(of.get(part, ()) for of in splits.values())) for part in PARTS}
     for part, other in combinations(PARTS, 2):
         if shared := people[part] & people[other]:
             raise InputError(
@@ -184,7 +174,7 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     part = "test" if subjects == "tennis" else subjects
     clips: list[Clip] = []
     for name, listed in splits.items():
-        asked = getattr(listed, part)
+        asked = listed.get(part)
         if asked and (part != "test" or (name == _TENNIS) == (subjects == "tennis")):
             clips += [clip for clip in read_mocap(folder / f"{name}.npz") if subject_of(clip.name) in asked]
     if not clips:

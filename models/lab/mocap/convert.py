@@ -28,9 +28,8 @@ from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length,
 from ....pipeline.running.progress import each
 from ....pipeline.signals.checks import chirality
 from . import asfamc
-from .clips import Clip
+from .clips import FPS, Clip
 
-_FPS = 30.0  # of the clips
 _LIMBS = tuple(
     (f"{side}_{a}", f"{side}_{b}")
     for side in "lr"
@@ -54,7 +53,7 @@ def mocap(
     for note in notes:
         say("note", note)
     frames, people = sum(map(len, clips)), Counter(clip.subject for clip in clips)
-    print(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / _FPS / 60:.1f} min")
+    print(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / FPS / 60:.1f} min")
     print(
         f"{how_many(len(people), 'subject')} (clips): {', '.join(f'{who} ({n})' for who, n in sorted(people.items()))}"
     )
@@ -112,7 +111,7 @@ def _clip(path: Path, folder: Path) -> Clip:
     joints = joints.astype(np.float32)
     require_plausible(joints)
     subject, name = label(path, folder, owner)
-    return resampled(Clip(name, subject, source, fps, joints), _FPS)
+    return resampled(Clip(name, subject, source, fps, joints))
 
 
 def label(path: Path, folder: Path, owner: str | None = None) -> tuple[str, str]:
@@ -159,20 +158,20 @@ def require_plausible(joints: np.ndarray) -> None:
         )
 
 
-def resampled(clip: Clip, fps: float) -> Clip:
-    """The clip at another frame rate: every n-th frame where n is whole, otherwise straight lines between frames.
-    Nothing is filtered, as in the motion capture that the shipped networks were trained on."""
-    ratio = clip.fps / fps
+def resampled(clip: Clip) -> Clip:
+    """The clip at FPS: every n-th frame where n is whole, otherwise straight lines between frames. Nothing is filtered,
+    as in the motion capture that the shipped networks were trained on."""
+    ratio = clip.fps / FPS
     if abs(ratio - round(ratio)) < 1e-3 * ratio and ratio > 0.5:
-        return replace(clip, fps=fps, joints=clip.joints[:: round(ratio)])
+        return replace(clip, fps=FPS, joints=clip.joints[:: round(ratio)])
     at = np.arange(int((len(clip) - 1) / ratio + 1e-6) + 1) * ratio
     paths = clip.joints.reshape(len(clip), -1).T
     joints = np.stack([np.interp(at, np.arange(len(clip)), path) for path in paths], axis=-1)
-    return replace(clip, fps=fps, joints=joints.reshape(-1, *clip.joints.shape[1:]).astype(np.float32))
+    return replace(clip, fps=FPS, joints=joints.reshape(-1, *clip.joints.shape[1:]).astype(np.float32))
 
 
 def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
-    """What read_mocap reads, of clips of one frame rate, rounded to 0.1 mm. InputError when nothing can be written
+    """What read_mocap reads, of clips at FPS, rounded to 0.1 mm. InputError when nothing can be written
     there."""
     world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
     root = world[:, H36M17.index("pelvis")]
@@ -185,7 +184,7 @@ def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
             clip_name=np.array([clip.name for clip in clips]),
             subject=np.array([clip.subject for clip in clips]),
             source=np.array([clip.source for clip in clips]),
-            fps=np.array(clips[0].fps),
+            fps=np.array(FPS),
             joint_names=np.array(H36M17.joints),
         )
     except OSError as error:

@@ -37,17 +37,11 @@ SOLIDS = (
 )  # fmt: skip
 HEAD_HEIGHT = (0.4, 1.0)  # from the middle of the ears to the top, over nose to top
 
-
-def _exchanged(*parts: str) -> list[int]:
-    order = list(range(len(H36M17)))
-    for part in parts:
-        left, right = H36M17.index(f"l_{part}"), H36M17.index(f"r_{part}")
-        order[left], order[right] = right, left
-    return order
-
-
-# Orders of joints.
-EXCHANGED_LIMBS = (_exchanged("hip", "knee", "ankle"), _exchanged("shoulder", "elbow", "wrist"))
+# Orders of joints, with the legs exchanged and with the arms.
+EXCHANGED_LIMBS = [
+    [int(H36M17.mirror[row]) if joint[2:] in limb else row for row, joint in enumerate(H36M17.joints)]
+    for limb in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
+]
 
 
 @dataclass(frozen=True)
@@ -73,8 +67,6 @@ class Noise:
     derived: float = 0.0
 
 
-# A detector without error.
-EXACT_KEYPOINTS = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
 # As good detectors have it: OpenPose's keypoints of a real take lie 1.0 to 1.7 % from the truth at wrists and ankles as
 # at other joints, where its cameras are known best (docs/research.md).
 GOOD = Noise(

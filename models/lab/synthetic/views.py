@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ....pipeline.core.frames import CAMERA, PC_CAMERA
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
-from ...common.vectors import Array, library_of
 from ..mocap.clips import read_rows
 
 View = Literal["paper", "wide"]
@@ -46,9 +46,11 @@ def wide_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.nd
 def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
     """R_camera_from_body (count, 3, 3) of random views: "paper" = Rz(yaw) Ry(pitch) Rx(roll) and "wide" = Rx(roll)
     Ry(pitch) Rz(yaw), in the paper's axes."""
-    angles_deg = (paper_angles if view == "paper" else wide_angles)(rng, count)
-    x, y, z = (about(axis, angle) for axis, angle in enumerate(angles_deg))
-    return CAMERA_FROM_SOURCE @ (z @ y @ x if view == "paper" else x @ y @ z)
+    if view == "paper":
+        R = Rotation.from_euler("xyz", np.stack(paper_angles(rng, count), axis=-1), degrees=True)
+    else:
+        R = Rotation.from_euler("XYZ", np.stack(wide_angles(rng, count), axis=-1), degrees=True)
+    return CAMERA_FROM_SOURCE @ R.as_matrix()
 
 
 def mixed_views(rng: np.random.Generator, count: int, wide: float) -> np.ndarray:
@@ -102,19 +104,6 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
         parts.append([array[fine] for array in frames])
         clips += map(str, held["clip"])
     return Lifted(*map(np.concatenate, zip(*parts, strict=True)), clips=tuple(clips))
-
-
-def about(axis: int, angle_deg: Array) -> Array:
-    """(B, 3, 3) rotations about a coordinate axis by angles (B,), of numpy or of torch."""
-    library = library_of(angle_deg)
-    angle = library.deg2rad(angle_deg)
-    c, s = library.cos(angle), library.sin(angle)
-    rows = [[c - c] * 3 for _ in range(3)]
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    rows[axis][axis] = c - c + 1
-    rows[i][i] = rows[j][j] = c
-    rows[i][j], rows[j][i] = -s, s
-    return library.stack([library.stack(row, -1) for row in rows], -2)
 
 
 def _clamp(values: np.ndarray, most: float) -> np.ndarray:

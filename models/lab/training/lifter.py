@@ -30,13 +30,14 @@ from ...lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
 from ..common.config import Share
 from ..common.metrics import by_person, scaled
 from ..evaluation.testbed import MIN_FRAMES, see
-from ..mocap.clips import Clip, lying, read_clips
+from ..mocap.clips import FPS, Clip, lying, read_clips
 from ..synthetic.bodies import CHILDREN, PARENTS, STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ..synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ..synthetic.draw import Draw
 from ..synthetic.keypoint_noise import Noise, Spoilt, detect
 from ..synthetic.poses import MotionRange, varied
-from .loop import Training, device_of, fingerprint, fit, load_weights, write_onnx
+from . import Device
+from .loop import Training, device_of, fingerprint, fit, write_onnx
 
 _PELVIS = H36M17.index("pelvis")
 _JOINTS = len(H36M17)
@@ -214,8 +215,7 @@ def _depth(length: Tensor, shown: Tensor) -> Tensor:
     return ((length.square() - shown.square()).clamp_min(0) + _SOFT_M**2).sqrt()
 
 
-_FPS = (20.0, 60.0)
-_CAPTURED_FPS = 30.0
+_RATES = (20.0, 60.0)  # frames a second
 _UP_DEG = (0.2, 3.0)  # error of an up that is told, a standard deviation in each direction
 _FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
 
@@ -249,12 +249,7 @@ class Windows:
     """Random windows of clips; the same draw gives the same batch."""
 
     def __init__(self, clips: Sequence[Clip], material: Material, device: torch.device | str = "cpu") -> None:
-        """clips: at 30 frames per second. InputError for another rate."""
-        if odd := sorted({clip.fps for clip in clips if abs(clip.fps - _CAPTURED_FPS) > 0.01}):
-            raise InputError(
-                "wrong-content",
-                f"Expected motion capture at 30 frames per second to train on, got {odd[0]:g}; convert it.",
-            )
+        """clips: at FPS. InputError where nobody lies and the material wants it."""
         self.device, self.material = torch.device(device), material
         self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
         lengths = torch.tensor([len(clip) for clip in clips], dtype=torch.float32)
@@ -278,7 +273,7 @@ class Windows:
         """count windows of so many frames. InputError when no clip is as long."""
         material = self.material
         other = bool(draw.share(material.other_rates, 1))
-        fps = float(draw.log_uniform(_FPS, 1)) if other else _CAPTURED_FPS
+        fps = float(draw.log_uniform(_RATES, 1)) if other else FPS
         captured = partial(self._motion, draw, frames, fps)
         world = varied(captured, count, draw, material, material, self.people, fps)
         views = TYPICAL, ViewRange(pans=material.pans)
@@ -308,14 +303,14 @@ class Windows:
         return torch.where(draw.share(self.material.up_known, count)[:, None, None], told, torch.nan)
 
     def _motion(self, draw: Draw, frames: int, fps: float, count: int) -> Tensor:
-        step = _CAPTURED_FPS / fps
+        step = FPS / fps
         room = self.lengths - 1 - (frames - 1) * step
         weights = torch.where(room >= 0, self.share, 0.0)
         if not bool((weights > 0).any()):
             raise InputError(
                 "nothing-usable",
                 f"Expected a clip of {frames} frames at {fps:.0f} frames per second, but the longest lasts "
-                f"{float(self.lengths.max()) / _CAPTURED_FPS:.1f} s; shorten `lengths`.",
+                f"{float(self.lengths.max()) / FPS:.1f} s; shorten `lengths`.",
             )
         clip = draw.choice(weights, count)
         begin = draw.uniform((0.0, 1.0), count) * room[clip]
@@ -452,15 +447,12 @@ class TrainConfig(Training):
     material: Material
 
 
-def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
+def train(config: TrainConfig, output: Path, device: Device = "cpu") -> None:
     """Run a config, or what is left of it. InputError as of `fit`."""
     on = device_of(device)
     torch.manual_seed(config.seed)
     clips = {"train": read_clips("train"), "val": read_clips("val")}
-    net = LifterNet(config.net)
-    if config.start is not None:
-        net = load_weights(net, config.start)
-    net = net.to(on)
+    net = LifterNet(config.net).to(on)
     # On a GPU one graph instead of thousands of small operations; on a CPU it gains nothing.
     layers = torch.compile(net.hidden, dynamic=False) if on.type == "cuda" else net.hidden
     windows, takes = Windows(clips["train"], config.material, on), whole_takes(clips["val"])
@@ -473,8 +465,7 @@ def train(config: TrainConfig, output: Path, device: str = "cpu") -> None:
         return loss(net.answer(hidden, batch.x), batch)
 
     matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
-    fit(net, matrices, config, fingerprint(clips), loss_of, lambda net: judged(net, takes, on), output)
-    best = load_weights(LifterNet(config.net), output / "best.pt")
+    best = fit(net, matrices, config, fingerprint(clips), loss_of, lambda net: judged(net, takes, on), output)
     export(best, output / "lifter.onnx", reach=config.net.reach, trained_on="train")
 
 

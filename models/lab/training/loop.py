@@ -37,6 +37,7 @@ from ....pipeline.core.errors import InputError, needed_for, readable
 from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.running.progress import counted
 from ..mocap.clips import Clip
+from . import Device
 
 CHECKPOINT = "checkpoint.pt"
 SAVED_EVERY_S = 60.0  # so much is lost at most when a run is killed
@@ -74,24 +75,22 @@ class Training(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str  # what `pcnet3d lab train` trains with the file
-    # Weights to begin with: best.pt of a run of the same net; for the rectifier also its .onnx file, or "pcnet", the
-    # shipped one.
-    start: Path | None = None
     seed: NonNegativeInt
     bf16: bool  # the inner layers compute in bfloat16
     schedule: Schedule
 
 
 def fit(
-    net: nn.Module,
+    net: Net,
     matrices: Iterable[nn.Parameter],
     config: Training,
     learns_from: str,
     loss_of: Callable[[int], Tensor],
     look: Callable[[nn.Module], dict[str, float]],
     output: Path,
-) -> None:
-    """The loop: all steps of the config that the output folder's checkpoint has not made yet.
+) -> Net:
+    """The loop: all steps of the config that the output folder's checkpoint has not made yet. The network with the
+    weights that did best.
 
     matrices: of the net, those that Muon is for. learns_from: the `fingerprint` of what it is trained and validated on.
     loss_of(step): of the net, the same for the same step. look(average): figures of the validation; the lower its
@@ -148,6 +147,9 @@ def fit(
                 continue
             _save(run | {name: part.state_dict() for name, part in parts.items()}, output / CHECKPOINT)
             saved = time.perf_counter()
+    with reading(output / "best.pt", "weights"):
+        average.load_state_dict(torch.load(output / "best.pt", weights_only=True, map_location=device))
+    return average
 
 
 def _save(content: dict[str, Any], path: Path) -> None:
@@ -160,17 +162,14 @@ def _loaded(
     path: Path, run: dict[str, Any], parts: Mapping[str, Any], device: torch.device
 ) -> dict[str, Any]:
     """The step and the best score of a checkpoint of the same run, whose state the parts get."""
-    with reading(path):
+    with reading(path, "a checkpoint"):
         saved = torch.load(path, weights_only=True, map_location=device)  # unpickles nothing but tensors
-        for key, what in (
-            ("config", "was made with another config"),
-            ("learns_from", "learned from other recordings or another split"),
-        ):
-            if saved[key] != run[key]:
-                raise InputError(
-                    "already-there",
-                    f"{path} {what} than this; choose another -o DIR, or put back what it was made with.",
-                )
+        if (saved["config"], saved["learns_from"]) != (run["config"], run["learns_from"]):
+            raise InputError(
+                "already-there",
+                f"{path} was made with another config, other recordings or another split; choose another -o DIR, or "
+                "put back what it was made with.",
+            )
         for name, part in parts.items():
             part.load_state_dict(saved[name])
         return {"step": saved["step"], "best": saved["best"]}
@@ -222,8 +221,8 @@ def fingerprint(clips: Mapping[str, Sequence[Clip]], *more: np.ndarray) -> str:
 
 
 @contextmanager
-def reading(path: Path, expected: str = "a checkpoint") -> Iterator[None]:
-    """For reading a checkpoint, or what else is `expected`: InputError in words for whatever is wrong with it."""
+def reading(path: Path, expected: str) -> Iterator[None]:
+    """For reading networks and checkpoints: InputError in words for whatever is wrong with what is `expected`."""
     try:
         with readable(path, expected):
             yield
@@ -236,14 +235,6 @@ def reading(path: Path, expected: str = "a checkpoint") -> Iterator[None]:
             f"Expected {expected} at {path}, but it is damaged or of another network ({reason}); remove it, or give "
             "another.",
         ) from None
-
-
-def load_weights(net: Net, path: Path) -> Net:
-    """A net with the weights that torch.save wrote there, unpickling nothing but tensors; InputError when they are not
-    there or do not fit."""
-    with reading(path, "weights"):
-        net.load_state_dict(torch.load(path, weights_only=True, map_location="cpu"))
-    return net.eval()
 
 
 def write_onnx(
@@ -301,32 +292,11 @@ def _halve(model: Any) -> None:
     model.graph.node.extend(nodes)
 
 
-def read_onnx(path: Path) -> tuple[Sequence[Any], dict[str, Tensor]]:
-    """The nodes of a network's file, in the order in which they compute, and its tensors by their names. InputError
-    when it cannot be read."""
-    with needed_for("Reading weights out of an ONNX file"):
-        import onnx
-        from onnx import numpy_helper
-
-    with reading(path, "a network"):
-        graph = onnx.load(str(path), load_external_data=False).graph
-        tensors = {
-            each.name: torch.from_numpy(numpy_helper.to_array(each).copy()) for each in graph.initializer
-        }
-        return tuple(graph.node), tensors
-
-
-def device_of(name: str) -> torch.device:
-    """auto: a GPU where there is one, else the CPU. InputError for a device that is not here."""
-    if name == "auto":
-        name = "cuda" if torch.cuda.is_available() else "cpu"
-    try:
-        device = torch.device(name)
-        torch.zeros(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        reason = str(error).splitlines()[0].strip(".")
+def device_of(name: Device) -> torch.device:
+    """auto: a GPU where there is one, else the CPU. InputError where there is none for cuda."""
+    usable = torch.cuda.is_available()
+    if name == "cuda" and not usable:
         raise InputError(
-            "no-device",
-            f"Expected a device that torch can use here (auto, cpu, cuda), got '{name}': {reason}.",
-        ) from None
-    return device
+            "no-device", "Expected a GPU that torch can use, but there is none; give --device cpu."
+        )
+    return torch.device("cuda" if usable and name != "cpu" else "cpu")

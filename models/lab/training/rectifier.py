@@ -15,12 +15,13 @@ from __future__ import annotations
 
 import math
 import time
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 import torch
@@ -29,35 +30,27 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ....pipeline.core.anthropometry import SEGMENTS
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import geodesic_deg
+from ...common.vectors import rotate
 from ...shipped import PCNET
 from ..common.config import Share, Size
 from ..mocap.clips import Clip, lying, read_clips, subject_of
 from ..synthetic.bodies import BodyRange, proportions, redefined
 from ..synthetic.draw import Draw
-from ..synthetic.poses import MotionRange, varied
+from ..synthetic.poses import MotionRange, from_vector, varied
 from ..synthetic.views import (
     Lifted,
     Targets,
     View,
-    about,
     mixed_views,
     read_lifted,
     seen,
     views,
 )
-from .loop import (
-    Training,
-    device_of,
-    fingerprint,
-    fit,
-    load_weights,
-    read_onnx,
-    reading,
-    write_onnx,
-)
+from . import Device
+from .loop import Training, device_of, fingerprint, fit, reading, write_onnx
 
 JOINTS = len(H36M17)
 _PELVIS = H36M17.index("pelvis")
@@ -67,7 +60,7 @@ _SPREAD = 4.0  # joints over stature lie within about 0.5; the layers want numbe
 _TYPICAL_DEG = 6.0  # where the expected error starts
 
 
-GRAPH_LAYERS, ATTENTION_LAYERS = 3, 2  # the paper's
+GRAPH_LAYERS, ATTENTION_LAYERS, HEADS = 3, 2, 8  # the paper's
 
 
 @dataclass(frozen=True)
@@ -80,18 +73,11 @@ class NetConfig:
         are told beside them.
     """
 
-    width: PositiveInt = 256
+    width: Annotated[int, Field(gt=0, multiple_of=HEADS)] = 256
     output: PositiveInt = 384
-    heads: PositiveInt = 8
     dropout: float = 0.0
     residual: Literal["off", "free"] = "free"
     align: bool = False
-
-    def __post_init__(self) -> None:
-        if self.width % self.heads:
-            raise InputError(
-                "bad-value", f"expected a width that {self.heads} heads can share, got {self.width}"
-            )
 
 
 class Answer(NamedTuple):
@@ -142,7 +128,7 @@ class PCNet(nn.Module):
         z = self.norm(z.float())
         R = gram_schmidt(self.rotation(z))
         if R_camera_from_torso is not None:
-            R = multiply(R_camera_from_torso, R)
+            R = R_camera_from_torso @ R
         canonical, delta = rotate(R.mT, joints), None
         if self.config.residual != "off":
             base = canonical / size
@@ -165,10 +151,10 @@ class Branches(nn.Module):
     def __init__(self, inputs: int, config: NetConfig) -> None:
         super().__init__()
         width = config.width
-        self.graph = GraphBranch(inputs, width, GRAPH_LAYERS)
-        self.attention = AttentionBranch(inputs, width, ATTENTION_LAYERS, config.heads)
+        self.graph = GraphBranch(inputs, width)
+        self.attention = AttentionBranch(inputs, width)
         self.norm_graph, self.norm_attention = nn.LayerNorm(width), nn.LayerNorm(width)
-        self.cross = Attention(width, config.heads)
+        self.cross = Attention(width)
         self.gate = nn.Linear(2 * width, 2)
         self.out = nn.Sequential(nn.Dropout(config.dropout), nn.Linear(JOINTS * width, config.output))
 
@@ -190,11 +176,11 @@ class GraphBranch(nn.Module):
 
     skeleton: Tensor
 
-    def __init__(self, inputs: int, width: int, layers: int) -> None:
+    def __init__(self, inputs: int, width: int) -> None:
         super().__init__()
         self.enter = nn.Linear(inputs, width)
-        self.layers = nn.ModuleList(nn.Linear(width, width) for _ in range(layers))
-        self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in range(layers))
+        self.layers = nn.ModuleList(nn.Linear(width, width) for _ in range(GRAPH_LAYERS))
+        self.norms = nn.ModuleList(nn.LayerNorm(width) for _ in range(GRAPH_LAYERS))
         self.register_buffer("skeleton", skeleton_adjacency(), persistent=False)
         self.learned = nn.Parameter(skeleton_adjacency())
         self.alpha = nn.Parameter(torch.zeros(()))
@@ -215,11 +201,11 @@ class GraphBranch(nn.Module):
 class AttentionBranch(nn.Module):
     """A Transformer encoder over the joints, with learned positions."""
 
-    def __init__(self, inputs: int, width: int, layers: int, heads: int) -> None:
+    def __init__(self, inputs: int, width: int) -> None:
         super().__init__()
         self.enter = nn.Linear(inputs, width)
         self.position = nn.Parameter(0.02 * torch.randn(JOINTS, width))
-        self.layers = nn.ModuleList(EncoderLayer(width, heads) for _ in range(layers))
+        self.layers = nn.ModuleList(EncoderLayer(width) for _ in range(ATTENTION_LAYERS))
 
     def forward(self, x: Tensor) -> Tensor:
         x = (_by_joint(self.enter(x)) + self.position[:, None]).flatten(0, 1)
@@ -231,10 +217,10 @@ class AttentionBranch(nn.Module):
 class EncoderLayer(nn.Module):
     """Pre-norm self-attention and a feed-forward part, four times as wide."""
 
-    def __init__(self, width: int, heads: int) -> None:
+    def __init__(self, width: int) -> None:
         super().__init__()
         self.norm_1, self.norm_2 = nn.LayerNorm(width), nn.LayerNorm(width)
-        self.attend = Attention(width, heads)
+        self.attend = Attention(width)
         self.forward_part = nn.Sequential(nn.Linear(width, 4 * width), nn.GELU(), nn.Linear(4 * width, width))
 
     def forward(self, x: Tensor) -> Tensor:
@@ -246,9 +232,8 @@ class EncoderLayer(nn.Module):
 class Attention(nn.Module):
     """Multi-head attention that also returns its weights."""
 
-    def __init__(self, width: int, heads: int) -> None:
+    def __init__(self, width: int) -> None:
         super().__init__()
-        self.heads = heads
         self.query, self.key_value = nn.Linear(width, width), nn.Linear(width, 2 * width)
         self.out = nn.Linear(width, width)
 
@@ -256,7 +241,7 @@ class Attention(nn.Module):
         width = self.out.in_features
 
         def split(x: Tensor) -> Tensor:
-            return x.reshape(JOINTS, -1, self.heads, width // self.heads).permute(1, 2, 0, 3)
+            return x.reshape(JOINTS, -1, HEADS, width // HEADS).permute(1, 2, 0, 3)
 
         q = split(self.query(queries))
         # Two products rather than one whose answer would be cut in two, which copies it.
@@ -270,16 +255,6 @@ class Attention(nn.Module):
 def _by_joint(x: Tensor) -> Tensor:
     """(17 * B, F) -> (17, B, F), and that as it is."""
     return x.reshape(JOINTS, -1, x.shape[-1])
-
-
-def rotate(R: Tensor, x: Tensor) -> Tensor:
-    """Apply R (B, 3, 3) to points x (B, N, 3) as columns; without a matrix product, which bf16 would round."""
-    return (R[:, None] * x[..., None, :]).sum(-1)
-
-
-def multiply(R_a_from_b: Tensor, R_b_from_c: Tensor) -> Tensor:
-    """R_a_from_c (B, 3, 3), in the precision of the inputs as well."""
-    return (R_a_from_b[..., None] * R_b_from_c[:, None]).sum(-2)
 
 
 def gram_schmidt(six: Tensor) -> Tensor:
@@ -452,7 +427,8 @@ class TrainingFrames:
         other_side = H36M17.mirror.tolist()
         joints, truth = (torch.where(mirrored, x[:, other_side] * across, x) for x in (joints, truth))
         R = torch.where(mirrored, R * across[:, None] * body, R)
-        roll = about(2, draw.uniform((-self.mixture.roll_deg, self.mixture.roll_deg), count))
+        angle = draw.uniform((-self.mixture.roll_deg, self.mixture.roll_deg), count, 1).deg2rad()
+        roll = from_vector(angle * angle.new_tensor([0.0, 0.0, 1.0]))
         return rotate(roll, joints), rotate(roll, truth), roll @ R
 
 
@@ -637,30 +613,30 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
     write_onnx(deployed, path, inputs, (free, free), ("R", "error_deg"), said)
 
 
-def started(net: PCNet, path: Path) -> PCNet:
-    """net with the weights of a run's best.pt, or of a network that `export` wrote, such as the shipped pcnet.onnx: the
-    same answers. Such a file has no residual head; net's own is kept. InputError when it is neither, or does not fit.
-    """
-    if path.suffix.lower() != ".onnx":
-        return load_weights(net, path)
+def start_with(net: PCNet, path: Path) -> None:
+    """Give net the weights of a file that `export` wrote, such as the shipped pcnet.onnx: the same answers. The file
+    has no residual head; net's own is kept. InputError when it is none, or does not fit."""
+    with needed_for("Beginning with the weights of a network"):
+        import onnx
     own = {name: value for name, value in net.state_dict().items() if name.startswith("residual.")}
-    with reading(path, "weights of the network that the config's [net] says"):
-        net.load_state_dict({**own, **_folded(path)})
-    return net
+    with reading(path, "a network as the config's [net] says"):
+        graph = onnx.load(str(path), load_external_data=False).graph
+        arrays = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
+        tensors = {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}
+        net.load_state_dict(own | _by_parameter(graph.node, tensors))
 
 
-def _folded(path: Path) -> dict[str, Tensor]:
-    """The weights by their names in PCNet. What no input changes the exporter works out ahead and forgets the names
-    of: the joints' positions, the graph's adjacency, and the halves of a bias that keys and values share."""
-    nodes, tensors = read_onnx(path)
+def _by_parameter(nodes: Sequence[Any], tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """The weights of an exported network by their names in PCNet. What no input changes the exporter works out ahead
+    and forgets the names of: the joints' positions, the graph's adjacency, and the halves of a bias that keys and
+    values share."""
     weights = {name.removeprefix("net."): each for name, each in tensors.items() if name.startswith("net.")}
     whole = {node.output[0]: node.input[0] for node in nodes if node.op_type == "Slice"}
-    halves: dict[str, list[Tensor]] = {}
+    halves = defaultdict(list)
     for node in nodes:
         named = whole.get(node.input[1], "") if node.op_type == "Gemm" else ""
         if named.endswith("key_value.weight"):
-            bias = named.removeprefix("net.").removesuffix("weight") + "bias"
-            halves.setdefault(bias, []).append(tensors[node.input[2]])
+            halves[named.removeprefix("net.").removesuffix("weight") + "bias"].append(tensors[node.input[2]])
     weights |= {name: torch.cat(parts) for name, parts in halves.items()}
     for tensor in tensors.values():
         # Half is the skeleton's where alpha is 0.
@@ -682,6 +658,8 @@ class TrainConfig(Training):
 
     kind: str = "pcnet"
     name: str = Field("pcnet", pattern=r"^[\w.-]+$")  # of the network's file, and what results call it
+    # The network to begin with, of the same [net]: an .onnx file of an earlier run, or "pcnet", the shipped one.
+    start: Path | None = None
     # Files of `pcnet3d lab testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted: tuple[Path, ...] = ()
     # The same of val subjects, by a lifter that never saw them; with it, the best weights are the best on these.
@@ -709,17 +687,17 @@ class TrainConfig(Training):
 def train(
     config: TrainConfig,
     output: Path,
-    device: str = "cpu",
+    device: Device = "cpu",
     clips: Mapping[str, Sequence[Clip]] | None = None,
-) -> None:
-    """Run a config, or what is left of it. clips: {"train", "val"}, of the data folder where none are given.
-    InputError when lifted takes are of other people than theirs, or as of `fit`."""
+) -> Deployed:
+    """Run a config, or what is left of it: the network that it comes to. clips: {"train", "val"}, of the data folder
+    where none are given. InputError when lifted takes are of other people than theirs, or as of `fit`."""
     on = device_of(device)
     torch.manual_seed(config.seed)
     frames, checks, learns_from = prepare(config, on, clips)
     net = PCNet(config.net, config.bf16)
     if config.start is not None:
-        net = started(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start)
+        start_with(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start)
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
 
@@ -727,11 +705,12 @@ def train(
         assert isinstance(average, PCNet)
         return check(Deployed(average, config.symmetric), checks)
 
-    fit(net, matrices, config, learns_from, partial(loss_of, net, frames, config), look, output)
-    deployed = Deployed(best_of(config, output), config.symmetric).to(on)
+    best = fit(net, matrices, config, learns_from, partial(loss_of, net, frames, config), look, output)
+    deployed = Deployed(best, config.symmetric)
     calibrate(deployed, checks.get("lifted", checks["paper"]))
     print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
     export(deployed, output / f"{config.name}.onnx", targets=config.targets, name=config.name)
+    return deployed.cpu()
 
 
 def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) -> Tensor:
@@ -740,7 +719,7 @@ def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) 
     return total(net, net(batch.joints, batch.valid), batch)
 
 
-def step_s(config: TrainConfig, device: str, clips: Mapping[str, Sequence[Clip]]) -> float:
+def step_s(config: TrainConfig, device: Device, clips: Mapping[str, Sequence[Clip]]) -> float:
     """Seconds that a step takes, by the second one of a network that is thrown away."""
     on = device_of(device)
     net, frames = PCNet(config.net, config.bf16).to(on), prepare(config, on, clips)[0]
@@ -751,11 +730,6 @@ def step_s(config: TrainConfig, device: str, clips: Mapping[str, Sequence[Clip]]
         loss.backward()
         loss.item()  # waits for the device
     return time.perf_counter() - start
-
-
-def best_of(config: TrainConfig, folder: Path) -> PCNet:
-    """The network with a run's best weights by validation; InputError when they are not there or do not fit."""
-    return load_weights(PCNet(config.net), folder / "best.pt")
 
 
 def prepare(

@@ -7,7 +7,7 @@ import torch
 from pcnet3d.models.lab.common.metrics import procrustes_error
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes
 from pcnet3d.models.lab.mmfi import judge_net
-from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
+from pcnet3d.models.lab.training.rectifier import Deployed, NetConfig, PCNet
 from pcnet3d.pipeline import H36M17
 
 
@@ -15,7 +15,7 @@ class Telling(PCNet):
     """Answers the truth of the take, whose first frames come first: rotation and a corrected pose."""
 
     def __init__(self, take, corrected):
-        super().__init__(NetConfig(width=8, output=8, heads=2))
+        super().__init__(NetConfig(width=8, output=8))
         self.take, self.corrected = take, corrected
 
     def forward(self, joints, valid):
@@ -34,7 +34,7 @@ def test_what_a_residual_head_makes_better_or_worse_is_seen(clips):
 
     def judged(corrected):
         canonical = np.einsum("tji,tkj->tki", take.R, corrected)
-        return judge_net(Telling(take, canonical).eval(), [take], symmetric=False)
+        return judge_net(Deployed(Telling(take, canonical).eval(), symmetric=False), [take])
 
     own_mm = 1000 * procrustes_error(joints, take.truth).mean()
     assert own_mm > 20

@@ -26,9 +26,7 @@ def exported(tmp_path_factory):
     torch.manual_seed(0)
     made = {}
     for net, align in NETS.items():
-        network = PCNet(
-            NetConfig(width=16, output=24, heads=2, residual="off" if align else "free", align=align)
-        )
+        network = PCNet(NetConfig(width=16, output=24, residual="off" if align else "free", align=align))
         torch.nn.init.normal_(network.rotation.weight, std=0.2)
         path = tmp_path_factory.mktemp("onnx") / f"{net}.onnx"
         deployed = Deployed(network, symmetric=align)

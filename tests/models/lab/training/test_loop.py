@@ -101,16 +101,11 @@ def test_a_run_goes_on_with_its_own_config_and_what_it_learned_from_only(tmp_pat
     """Parts, names, numbers and their order count."""
     joints = np.random.default_rng(0).normal(size=(2, 5, 17, 3)).astype(np.float32)
     one, other = (Clip(f"0{i}_1", f"0{i}", "test", 30.0, of) for i, of in enumerate(joints))
-    of = module.fingerprint
+    of, named = module.fingerprint, replace(other, name="02_1")
     own = of({"train": [one, other], "val": []}, joints)
-    for wrong in (
-        of({"train": [one], "val": [other]}, joints),
-        of({"train": [other, one], "val": []}, joints),
-        of({"train": [one, replace(other, name="02_1")], "val": []}, joints),
-        of({"train": [one, replace(other, joints=-other.joints)], "val": []}, joints),
-        of({"train": [one, other], "val": []}, -joints),
-    ):
-        assert wrong != own
+    trains = ([one], [other, one], [one, named], [one, replace(other, joints=-other.joints)])
+    assert own not in [of({"train": train, "val": []}, joints) for train in trains]
+    assert own not in (of({"train": [one], "val": [other]}, joints), of({"train": [one, other]}, -joints))
     fit(tmp_path, learns_from=own)
     for changes in ({"learns_from": "another"}, {"learns_from": own, "rate": 0.02}):
         with refused("already-there"):
@@ -118,24 +113,18 @@ def test_a_run_goes_on_with_its_own_config_and_what_it_learned_from_only(tmp_pat
     fit(tmp_path, learns_from=own)
 
 
-@pytest.mark.parametrize("what", ["cut", "pickled", "pickled by torch", "less", "another shape"])
+@pytest.mark.parametrize("what", ["cut", "pickled", "pickled by torch", "less"])
 @pytest.mark.filterwarnings("ignore")
 def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
     folder = tmp_path / "out"
     fit(folder)
-    path, kept = folder / "checkpoint.pt", read_checkpoint(folder)
+    path, trap = folder / "checkpoint.pt", Trap(tmp_path / "was-here")
     if what == "cut":
         path.write_bytes(path.read_bytes()[:3000])
     elif what == "pickled":
-        path.write_bytes(pickle.dumps(Trap(tmp_path / "was-here")))
+        path.write_bytes(pickle.dumps(trap))
     else:
-        other = torch.nn.Sequential(torch.nn.Linear(4, 9), torch.nn.Dropout(0.5), torch.nn.Linear(9, 1))
-        values = {
-            "pickled by torch": {"net": Trap(tmp_path / "was-here")},
-            "less": {"net": kept["net"]},
-            "another shape": {**kept, "net": other.state_dict()},
-        }
-        torch.save(values[what], path)
+        torch.save({"net": trap if what == "pickled by torch" else read_checkpoint(folder)["net"]}, path)
     with refused("file-damaged", folder):
         fit(folder)
     assert not (tmp_path / "was-here").exists()
@@ -162,7 +151,8 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(tmp_path, where):
     assert all(torch.isfinite(value).all() for key in ("net", "average") for value in kept[key].values())
 
 
-@pytest.mark.parametrize("name", ["abacus", "cuda:99"])
-def test_a_device_that_is_not_here(name):
-    with pytest.raises(InputError, match=rf"auto, cpu, cuda.*'{name}'"):
-        module.device_of(name)
+def test_a_device_that_is_not_here(monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert module.device_of("auto").type == "cpu"
+    with refused("no-device"):
+        module.device_of("cuda")
