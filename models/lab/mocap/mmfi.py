@@ -18,7 +18,6 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA, Z_UP
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate
 from ....pipeline.files.arrays import load
@@ -35,55 +34,41 @@ PROTOCOLS = {"S2": set(SUBJECTS[4::5]), "S3": set(SUBJECTS[30:])}
 
 _LEG_M = (0.5, 1.15)
 _PC_FROM_CAMERA = PC_CAMERA.basis @ CAMERA.basis.T
-# Raising and waving the left hand, and the right one (the toolbox's README).
-_ONE_HAND = {"A13": "l", "A17": "l", "A14": "r", "A18": "r"}
 
 
-def read_tree(tree: Path) -> tuple[list[Clip], list[str]]:
-    """The recordings of a tree, named by subject and action ("S05_A13"), and a sentence for each that was left out.
-    InputError where there is none, and of recordings that contradict what is assumed of their joints."""
-    clips: list[Clip] = []
-    notes: list[str] = []
+def read_tree(tree: Path) -> list[Clip]:
+    """The recordings of a tree, named by subject and action ("S05_A13"). InputError where there is none, for a file
+    that is no such recording, and of recordings that contradict what is assumed of their joints."""
     files = sorted({*tree.glob(PATTERN), *tree.glob(f"*/{PATTERN}")})
-    for path in each(files, "files", len(files)):
-        try:
-            clips.append(_read(path))
-        except InputError as error:
-            notes.append(f"left out {error}" if str(path) in str(error) else f"left out {path}: {error}")
-    if not clips:
-        raise InputError(
-            "nothing-usable", f"Expected recordings as {PATTERN} in {tree}{f'; {notes[0]}' if notes else '.'}"
-        )
+    if not files:
+        raise InputError("nothing-usable", f"Expected recordings as {PATTERN} in {tree}, found none.")
+    clips = [_read(path) for path in each(files, "files", len(files))]
     check(clips)
-    return clips, notes
+    return clips
 
 
 def _read(path: Path) -> Clip:
-    """One recording, in metres. InputError for a file that is no such recording."""
-    environment, subject, action = path.parts[-4:-1]
-    if subject not in SUBJECTS or environment != f"E{(int(subject[1:]) - 1) // 10 + 1:02d}":
-        raise InputError("name-unknown", f"MM-Fi has no {environment}/{subject}.")
+    """One recording, in metres."""
+    _, subject, action = path.parts[-4:-1]
     joints = load(path, ("frames", 17, 3)).astype(np.float64)
-    if not np.isfinite(joints).all():
-        raise InputError("wrong-content", "expected joints in every frame, got NaN or infinite ones.")
     world = rotate(_PC_FROM_CAMERA, joints).astype(np.float32)
-    if not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
-        raise InputError("wrong-axes", f"expected metres, got legs {leg_length(world):.3g} long.")
+    if not np.isfinite(world).all() or not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
+        raise InputError(
+            "wrong-content", f"Expected all joints of a person in metres in {path}; download it again."
+        )
     return Clip(f"{subject}_{action}", subject, "mmfi", FPS, world)
 
 
 def check(clips: Sequence[Clip]) -> None:
     """InputError when the recordings together contradict what is assumed of joints and axes: left and right, by which
-    way knees and nose point and by which hand moves in A13, A14, A17 and A18, and people who stand and face the
-    sensor."""
+    way knees and nose point, and people who stand and face the sensor."""
     joints = np.concatenate([clip.joints for clip in clips])
     sides = chirality(PoseSequence(joints, H36M17, Z_UP))
-    moves = [_hand_that_moves(clip) == hand for clip in clips if (hand := _ONE_HAND.get(clip.name[-3:]))]
-    if sides.verdict in ("wrong", "legs against arms") or (moves and np.mean(moves) < 0.5):
+    if sides.verdict in ("wrong", "legs against arms"):
         raise InputError(
             "sides-swapped",
             "Expected MM-Fi's joints in Human3.6M's order, right leg first, but left and right contradict that: "
-            f"{sides}; the hand that should move does in {sum(moves)} of {how_many(len(moves), 'clip')} of one hand.",
+            f"{sides}.",
         )
     hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
     stand, face = upright_share(joints), float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
@@ -93,13 +78,3 @@ def check(clips: Sequence[Clip]) -> None:
             "Expected people who stand and face MM-Fi's sensor, x right, y down, z away, but only "
             f"{100 * min(stand, face):.0f} % of the frames do.",
         )
-
-
-def _hand_that_moves(clip: Clip) -> str:
-    """ "l" or "r", whose wrist goes further about its shoulder."""
-
-    def way(side: str) -> float:
-        arm = clip.joints[:, H36M17.index(f"{side}_wrist")] - clip.joints[:, H36M17.index(f"{side}_shoulder")]
-        return float(np.linalg.norm(arm - arm.mean(axis=0), axis=-1).mean())
-
-    return max("lr", key=way)

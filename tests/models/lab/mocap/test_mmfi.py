@@ -15,8 +15,7 @@ PEOPLE = ("S01", "S02", "S03", "S05", "S31")
 
 def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
     tree = mmfi_tree({"S01": ["A01"]}, still=True)
-    ((clip,), notes) = read_tree(tree.parent)  # the whole tree is read from above too
-    assert notes == []
+    (clip,) = read_tree(tree.parent)  # the whole tree is read from above too
     assert (clip.name, clip.subject, clip.source, clip.fps, len(clip)) == ("S01_A01", "S01", "mmfi", 10, 40)
     pelvis = clip.joints[0, 0]
     np.testing.assert_allclose(pelvis, [3.0, -0.2, -0.1], atol=1e-6)  # 3 m away, 0.2 m right, 0.1 m below
@@ -31,25 +30,17 @@ def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
     [
         (lambda j: j * [-1, 1, 1], "contradict"),  # a mirrored body
         (lambda j: j[:, H36M17.mirror], "contradict"),  # left and right exchanged, coordinates right
-        (lambda j: j[:, H36M17.mirror] * [-1, 1, 1], "in 0 of 4 clips"),  # both: only the hands tell
         (lambda j: j * [-1, 1, -1] + [0, 0, 6], "0 % of the frames do"),  # turned about the vertical
         (lambda j: j * [-1, -1, 1], "0 % of the frames do"),  # a camera upside down
         (lambda j: 1000 * j, "metres"),
         (lambda j: j[:, :16], "frames, 17, 3"),
-        (lambda j: np.where(np.arange(17)[:, None] == 3, np.nan, j), "NaN"),
+        (lambda j: np.where(np.arange(17)[:, None] == 3, np.nan, j), "all joints"),
         (lambda j: np.array([{"pickled": 1}], dtype=object), "Python objects"),
     ],
 )
 def test_a_tree_that_contradicts_is_refused(mmfi_tree, change, words):
-    tree = mmfi_tree({"S01": ["A13", "A14"], "S02": ["A17", "A18"]}, change=change)
+    tree = mmfi_tree({"S01": ["A13"], "S02": ["A17"]}, change=change)
     with pytest.raises(InputError, match=words):
-        read_tree(tree)
-
-
-def test_what_mm_fi_does_not_have(mmfi_tree):
-    tree = mmfi_tree({"S01": ["A01"]})
-    (tree / "E01").rename(tree / "E02")
-    with pytest.raises(InputError, match="MM-Fi has no E02/S01"):
         read_tree(tree)
 
 
@@ -67,7 +58,7 @@ def test_the_protocols_people(commands):
     assert module.PROTOCOLS["S2"] == {f"S{i:02d}" for i in range(5, 41, 5)}
     assert module.PROTOCOLS["S3"] == {f"S{i}" for i in range(31, 41)}
     for name, test in (("S2", "S05"), ("S3", "S31")):
-        split = module.split_of(read_tree(tree)[0], PROTOCOLS[name])
+        split = module.split_of(read_tree(tree), PROTOCOLS[name])
         people = {part: {clip.subject for clip in of} for part, of in split.items()}
         assert people == {"train": set(PEOPLE) - {test, "S01"}, "val": {"S01"}, "test": {test}}
 
@@ -80,7 +71,7 @@ def test_the_table(commands, tmp_path, capsys, monkeypatch):
     small = (
         text.replace("batch = 1024", "batch = 32")
         .replace("steps = 20000", "steps = 3")
-        .replace("[net]", "[net]\nheads = 2\nwidth = 16\noutput = 8\n#")
+        .replace("[net]", "[net]\nwidth = 16\noutput = 8\n#")
     )
     (tmp_path / "tiny.toml").write_text(small, encoding="utf-8")
     out = tmp_path / "out"
