@@ -132,9 +132,9 @@ def _motion(background: Background | None, told: Told) -> list[Notice]:
     """How the camera moves by the background, and whether that is what was told."""
     if background is None:
         return [notice("camera-motion-unknown")]
-    values = {"how": background.words, "percent_a_second": 100 * background.speed}
+    values = {"how": background.in_words, "percent_a_second": 100 * background.speed}
     if told.standing and background.moves:
-        why = f"it {background.words}, for the background moves"
+        why = f"it {background.in_words}, for the background moves"
         return [notice("camera-against-told", told="static", found=why, other="moving")]
     if told.moving and background.kind == "still":
         why = "the background stands still"

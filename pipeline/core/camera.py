@@ -48,7 +48,7 @@ class Background:
     reach: float = 0.0
 
     @property
-    def words(self) -> str:
+    def in_words(self) -> str:
         """What the camera does."""
         return {"still": "stands still", "hand-held": "shakes", "panning": "pans or travels",
                 "zooming": "zooms or travels"}[self.kind]  # fmt: skip

@@ -232,11 +232,15 @@ def _catalogue() -> dict[str, Figure]:
         for name, label, unit, audience, error, definition in table
     }
     for name in MEANS:
-        of = figures[name]
-        figures[f"mean_{name}"] = of._replace(name=f"mean_{name}", label=f"mean {of.label}")
-        varies = f"Standard deviation of: {of.definition[0].lower()}{of.definition[1:]}"
-        figures[f"sd_{name}"] = of._replace(
-            name=f"sd_{name}", label=f"SD of {of.label}", audience="page", error="spread", definition=varies
+        figure = figures[name]
+        figures[f"mean_{name}"] = figure._replace(name=f"mean_{name}", label=f"mean {figure.label}")
+        varies = f"Standard deviation of: {figure.definition[0].lower()}{figure.definition[1:]}"
+        figures[f"sd_{name}"] = figure._replace(
+            name=f"sd_{name}",
+            label=f"SD of {figure.label}",
+            audience="page",
+            error="spread",
+            definition=varies,
         )
     index = figures["symmetry_index"]
     for name in COMPARED:

@@ -58,10 +58,11 @@ class Frame:
             )
         if self.unit not in UNITS:
             raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
-        words = _DIRECTIONS[self.family]
-        if not words.keys() >= {*self.axes}:
+        directions = _DIRECTIONS[self.family]
+        if not directions.keys() >= {*self.axes}:
             raise InputError(
-                "bad-value", f"Expected {self.family} axes of {', '.join(words)}; got {', '.join(self.axes)}."
+                "bad-value",
+                f"Expected {self.family} axes of {', '.join(directions)}; got {', '.join(self.axes)}.",
             )
         basis = self.basis
         if basis.shape[0] != basis.shape[1] or abs(np.linalg.det(basis)) < 0.5:

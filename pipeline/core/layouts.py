@@ -249,8 +249,8 @@ def layout_named(name: str | Layout) -> Layout:
 def layouts_of(joints: int, where: str, layouts: Sequence[Layout] = IN_2D) -> Sequence[Layout]:
     """Those of the layouts that have so many joints, or are the body of so many with face and hands. InputError, which
     begins with `where`, when there is none."""
-    if known := [layout for layout in layouts if len(layout) == joints]:
-        return known
+    if of_number := [layout for layout in layouts if len(layout) == joints]:
+        return of_number
     body = WHOLE_BODIES.get(joints)
     if body is not None and body in layouts:
         return [body]

@@ -22,4 +22,4 @@ def limit(name: str) -> Any:
 def limits() -> dict[str, dict[str, Any]]:
     """By name, with the fields of the file."""
     checks = tomllib.loads(_FILE.read_text(encoding="utf-8"))
-    return {f"{check}.{name}": of for check, named in checks.items() for name, of in named.items()}
+    return {f"{check}.{name}": fields for check, named in checks.items() for name, fields in named.items()}

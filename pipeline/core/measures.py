@@ -84,8 +84,8 @@ class Remark:
     group: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.name != "withheld" and (of := self.name.removesuffix("_withheld")) not in TOGETHER:
-            _known(of)
+        if self.name != "withheld" and (figure := self.name.removesuffix("_withheld")) not in TOGETHER:
+            _known(figure)
 
 
 @dataclass(frozen=True)

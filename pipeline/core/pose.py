@@ -126,8 +126,8 @@ class PoseSequence:
 
     def __post_init__(self) -> None:
         arrays = {
-            name: owned(values, of.dtype)
-            for name, of in PER_FRAME.items()
+            name: owned(values, field.dtype)
+            for name, field in PER_FRAME.items()
             if (values := getattr(self, name)) is not None
         }
         joints, dims = arrays["joints"], self.frame.dims
@@ -150,8 +150,8 @@ class PoseSequence:
         confidence = arrays.setdefault("confidence", np.full(joints.shape[:2], np.nan, np.float32))
         sizes = {"J": len(self.layout), "D": dims}
         for name, array in arrays.items():
-            of = PER_FRAME[name]
-            check_shape(name, array, (rows, *(sizes[letter] for letter in of.trailing)))
+            trailing = PER_FRAME[name].trailing
+            check_shape(name, array, (rows, *(sizes[letter] for letter in trailing)))
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
@@ -248,7 +248,7 @@ class PoseSequence:
             result[rows] = values
             return result
 
-        fields = self._each([name for name, of in PER_FRAME.items() if of.gaps], spread)
+        fields = self._each([name for name, field in PER_FRAME.items() if field.gaps], spread)
         seams = tuple(rows[list(self.seams)])
         return replace(self, **fields, frame_index=frame_index, time_s=time_s, seams=seams)
 
@@ -263,7 +263,7 @@ class PoseSequence:
         """The same in H36M17, without the heels and toes that stand behind; of another layout itself."""
         if self.layout == H36M17 or not self.layout.is_body:
             return self
-        of_joints = [name for name, of in PER_FRAME.items() if of.trailing.startswith("J")]
+        of_joints = [name for name, field in PER_FRAME.items() if field.trailing.startswith("J")]
         body = {
             name: values[:, : len(H36M17)]
             for name in of_joints

@@ -111,8 +111,8 @@ class Told:
     def __post_init__(self) -> None:
         pitch, roll = self.pitch_deg, self.roll_deg
         angles = [angle for angle in (pitch, roll) if angle is not None]
-        words = {"camera": CameraMotion, "handedness": Handedness, "check": Check, "swaps": Swaps}
-        for name, allowed in words.items():
+        choices = {"camera": CameraMotion, "handedness": Handedness, "check": Check, "swaps": Swaps}
+        for name, allowed in choices.items():
             if (value := getattr(self, name)) not in (getattr(Told, name), *get_args(allowed)):
                 expected = ", ".join(get_args(allowed))
                 raise InputError("bad-value", f"Expected {name} to be one of {expected}; got '{value}'.")
@@ -214,8 +214,8 @@ class Take:
 
     def __repr__(self) -> str:
         filled = [each.name for each in fields(self)[1:] if getattr(self, each.name) is not each.default]
-        words = "no poses yet" if self.rows is None else self.rows.in_words
-        return in_one_line(f"<Take {self.name}: {words}; filled: {', '.join(filled) or 'nothing'}>")
+        rows = "no poses yet" if self.rows is None else self.rows.in_words
+        return in_one_line(f"<Take {self.name}: {rows}; filled: {', '.join(filled) or 'nothing'}>")
 
     @property
     def title(self) -> str:

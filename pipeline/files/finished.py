@@ -178,38 +178,38 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
 
 
 def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
-    of = summary.poses
+    fields = summary.poses
     return PoseSequence(
         arrays["source"],
         body_of(map(str, arrays["joint_names"])),
-        of.frame,
+        fields.frame,
         time_s=arrays["time_s"],
         frame_index=arrays["frame_index"],
-        history=tuple(step for step in summary.history if step.name != "rectify")[: of.steps],
-        **of.fields(),
+        history=tuple(step for step in summary.history if step.name != "rectify")[: fields.steps],
+        **fields.fields(),
     )
 
 
 def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequence) -> Rectified:
-    of, unit = summary.rectification, poses.frame.unit
+    fields, unit = summary.rectification, poses.frame.unit
     root, sd = _where_known(arrays["root"]), _where_known(arrays["root_sd"])
     covariance = None if sd is None else sd[:, None] ** 2 * np.eye(3)
     path = None if root is None else RootPath(root, covariance, summary.poses.root_shared)
-    upright = poses.with_(history=summary.history[: of.steps])
-    sources = of.up_by_source.items()
+    upright = poses.with_(history=summary.history[: fields.steps])
+    sources = fields.up_by_source.items()
     return Rectified(
         level=upright.with_(
             joints=arrays["level"],
             frame=LEVEL.with_(unit=unit),
             path=path,
         ),
-        method=of.method,
-        level_heading=of.level_heading,
-        level_ok=of.level_ok,
-        level_reason=of.level_reason,
+        method=fields.method,
+        level_heading=fields.level_heading,
+        level_ok=fields.level_ok,
+        level_reason=fields.level_reason,
         source=poses.frame,
-        camera=of.camera,
-        up_shares=of.up_shares,
+        camera=fields.camera,
+        up_shares=fields.up_shares,
         up_own={
             name: (
                 _up(source["pitch_deg"], source["roll_deg"], poses.frame),
@@ -233,15 +233,15 @@ def _filtered(summary: _Summary, arrays: dict[str, np.ndarray], level: PoseSeque
     return level.with_(joints=arrays["filtered"], path=None, history=summary.history)
 
 
-def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
+def _keypoints(fields: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
     return PoseSequence(
         arrays["keypoints"],
-        Layout(of.layout, tuple(map(str, arrays["keypoints_names"]))),
+        Layout(fields.layout, tuple(map(str, arrays["keypoints_names"]))),
         IMAGE,
         confidence=arrays["keypoints_confidence"],
         time_s=arrays.get("keypoints_time_s"),
         frame_index=arrays["keypoints_frame_index"],
-        **of.fields(),
+        **fields.fields(),
     )
 
 

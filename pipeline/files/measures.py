@@ -35,7 +35,7 @@ def _rows(figures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[R
     side = _side_in(group)
     for key, content in figures.items():
         if key == Curve.name:
-            yield from (_curve(angle, group, **of) for angle, of in content.items())
+            yield from (_curve(angle, group, **fields) for angle, fields in content.items())
         elif isinstance(content, Mapping):
             yield from _rows(content, (*group, key))
         elif isinstance(content, str):

@@ -59,11 +59,11 @@ class InspectedImages:
                 f"{how_many(values['frames'], 'frame')}{rate}, {values['duration_s']:.1f} s",
                 *(each.text for each in (*video.doubts, *rate_doubts(None, video))),
             ]
-        known = values["pitch_deg"] is not None
+        has_up = values["pitch_deg"] is not None
         return "\n".join([
             *lines,
             f"pitch {values['pitch_deg']:.1f} and roll {values['roll_deg']:.1f} degrees, standard deviation of up "
-            f"{values['up_error_deg']:.1f}" if known else f"pitch and roll are not known: {values['reason']}",
+            f"{values['up_error_deg']:.1f}" if has_up else f"pitch and roll are not known: {values['reason']}",
             *(each.text for each in take.notices),
             f"focal length {values['focal_px']:.0f} pixels, standard deviation {values['focal_sd_px']:.0f}, "
             f"{_FOCAL_BY[values['focal_source']]}",

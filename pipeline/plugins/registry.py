@@ -145,7 +145,9 @@ def _text(value: str | tuple[str, ...]) -> str:
 def _checked(group: str, name: str, loaded: Any, socket: tuple[str, ...]) -> Any:
     # A property of the class is there without being asked for: `what` of a network reads its whole file.
     missing = [
-        attribute for attribute in socket if not any(hasattr(of, attribute) for of in (type(loaded), loaded))
+        attribute
+        for attribute in socket
+        if not any(hasattr(each, attribute) for each in (type(loaded), loaded))
     ]
     if missing:
         raise _broken(group, name, f"it has no {', '.join(missing)}")

@@ -93,7 +93,7 @@ def may_be(first: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> b
         joint for joint in LIMBS if joint in first.layout and not joint.endswith(("elbow", "wrist"))
     ]
     body, middle = extent(points[:, first.layout.indices(trunk_legs)]), corners.mean(axis=1)
-    larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
+    larger, smaller = (choice(body[ends], body[goes_on]) for choice in (np.maximum, np.minimum))
     away_s = time_s[goes_on] - time_s[ends]
     way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
     size_px = np.maximum(*(extent(corners)[at] for at in (ends, goes_on)))

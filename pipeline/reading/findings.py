@@ -186,9 +186,9 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     weight = weighed(spread, limit("bones.weight"))
     if weight == "note":
         return []
-    of = spread_of_bones(poses)
-    worst = max(of, key=of.__getitem__)
-    percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
+    spreads = spread_of_bones(poses)
+    worst = max(spreads, key=spreads.__getitem__)
+    percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * spreads[worst]}
     return [notice("bones", weight=weight, worst=" to ".join(map(label_of, worst.split("-"))), **percent)]
 
 

@@ -203,7 +203,7 @@ class Files:
         shown = float((last - first) / (stop_s - start_s))  # of the same frames
         # A file that counts frames at the one rate of a video whose images come unevenly contradicts no more than that.
         most = limit("clocks-contradict.times")
-        if any(1 / most < stated / of < most for of in (shown, self.video.fps, rate(self.video.time_s))):
+        if any(1 / most < stated / fps < most for fps in (shown, self.video.fps, rate(self.video.time_s))):
             return []
         return [notice("clocks-contradict", shown_fps=shown, stated_fps=stated, times=shown / stated)]
 

@@ -61,7 +61,9 @@ def check_adapter(
     people = read(golden)
     of_people = adapter.gives in ("poses", "keypoints")
     wanted = PoseSequence if of_people else object
-    right = isinstance(people, tuple) and len(people) > 0 and all(isinstance(one, wanted) for one in people)
+    right = (
+        isinstance(people, tuple) and len(people) > 0 and all(isinstance(person, wanted) for person in people)
+    )
     _expect(right, f"it reads {people!r:.60}, not a tuple of what it gives")
     _check_garbage(adapter, golden, read)
     if of_people:

@@ -95,11 +95,11 @@ def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
     """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint:
     where a run keeps what it has detected, None if it detects nothing."""
     if checkpoint is not None and checkpoint.is_file() and not resumed:
-        words = (
+        kept = (
             f"an interrupted run left its work in {checkpoint}, which this run replaces after about a minute; "
             "--resume continues from there"
         )
-        say("note", words)
+        say("note", kept)
     try:
         yield
     except BaseException as error:

@@ -115,7 +115,7 @@ def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
 def headlines(take: Take) -> list[tuple[str, str]]:
     """The joints that range furthest for their error, and how far, as the first screen shows them beside the answer."""
     return [
-        (f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.words(side))
+        (f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.in_words(side))
         for each in joint_ranges(take.figures.group("range_of_motion"))
         for side in each.ends
     ][:_MOST_FIGURES]
@@ -162,7 +162,7 @@ def _bent(bends: Measures) -> Iterator[_Movement]:
 
 def _raised(arms: Measures) -> Iterator[_Movement]:
     sides = {side: arms.group(side) for side in _SIDES}
-    counts = {side: count for side, of in sides.items() if (count := of.figure("count"))}
+    counts = {side: count for side, arm in sides.items() if (count := arm.figure("count"))}
     alike = len(counts) == 2 and len({_many(count, "") for count in counts.values()}) == 1
     if alike and _together(*sides.values()):
         count = counts["right"]
@@ -185,10 +185,10 @@ def _counted(
 ) -> _Movement:
     """A sentence such as "3 squats, peak of both knees 95 to 102 ± 11°.", with that figure of all repetitions
     that have it."""
-    rows = [row for of in groups for row in of.repetitions(figure)]
+    rows = [row for group in groups for row in group.repetitions(figure)]
     if not rows:
         return _Movement(int(count.value), f"{what}.", f"{what}.")
-    some = f" ({len(rows)} of them)" if len(rows) < sum(of.count() for of in groups) else ""
+    some = f" ({len(rows)} of them)" if len(rows) < sum(group.count() for group in groups) else ""
     figures = f"{rows[0].about.label}{whose}{some} {spread(rows)}{_unknown(rows)}"
     return _Movement(int(count.value), f"{what}.", f"{what}, {figures}.")
 
@@ -206,7 +206,7 @@ def _unknown(rows: Sequence[Measure]) -> str:
 def spread(rows: Sequence[Measure], unit: bool = True) -> str:
     """A figure, or the lowest and the highest of several, and the widest of their bars: "95 to 102 ± 11°"."""
     behind = UNITS[rows[0].unit].page.format("m") if unit else ""
-    ends = dict.fromkeys(f"{of(row.value for row in rows):z.0f}" for of in (min, max))
+    ends = dict.fromkeys(f"{end(row.value for row in rows):z.0f}" for end in (min, max))
     return f"{' to '.join(ends)}{_bar(rows)}{' ' * (unit and behind != '°')}{behind}"
 
 
@@ -229,7 +229,7 @@ class JointRange:
         """Whether the error of an end is known."""
         return any(end.error is not None for ends in self.ends.values() for end in ends)
 
-    def words(self, side: str) -> str:
+    def in_words(self, side: str) -> str:
         """Such as "3 to 58 ± 9°"; of a joint that goes two ways "4° left to 6° right ± 9°"."""
         ways, ends = _WAYS.get(self.angle), self.ends[side]
         return _between_ways(ends, ways) if ways else spread(ends)
@@ -239,18 +239,18 @@ def _between_ways(ends: tuple[Measure, Measure], ways: tuple[str, str]) -> str:
     """Such as "4° left to 6° right", "6° to 2° left ± 3°", "0° to 6° right", "0°"."""
     low, high = (round(end.value) for end in ends)
     if low < 0 < high:
-        words = f"{-low}° {ways[0]} to {high}° {ways[1]}"
+        span = f"{-low}° {ways[0]} to {high}° {ways[1]}"
     else:
         way = f" {ways[high > 0]}" if low or high else ""
-        words = " to ".join(dict.fromkeys(f"{abs(end)}°" for end in (low, high))) + way
+        span = " to ".join(dict.fromkeys(f"{abs(end)}°" for end in (low, high))) + way
     bar = _bar(ends)
-    return f"{words}{bar}{'°' * bool(bar)}"
+    return f"{span}{bar}{'°' * bool(bar)}"
 
 
 def _ranges(measures: Measures) -> Iterator[str]:
     """A sentence; none where no joint moves by more than its error."""
     for each in joint_ranges(measures.group("range_of_motion"))[:1]:
-        parts = [f"{each.words(side)}{f' ({side})' * bool(side)}" for side in each.ends]
+        parts = [f"{each.in_words(side)}{f' ({side})' * bool(side)}" for side in each.ends]
         unknown = " (errors not known)" * (not each.has_error)
         yield f"In nine of ten frames that show it: {label_of(each.angle)} {', '.join(parts)}{unknown}."
 
@@ -271,12 +271,12 @@ def _range(ranges: Measures, name: str) -> JointRange:
     angles = {"": name} if name in ranges.groups else {side: f"{side[0]}_{name}" for side in _SIDES}
     ends, times = {}, 0.0
     for side, angle in angles.items():
-        of = ranges.group(angle)
-        low, high = of.figure("p05"), of.figure("p95")
-        doubtful = of.value("beyond_anatomy_frames") or (of.value("nan_share") or 0.0) > _UNSEEN
+        group = ranges.group(angle)
+        low, high = group.figure("p05"), group.figure("p95")
+        doubtful = group.value("beyond_anatomy_frames") or (group.value("nan_share") or 0.0) > _UNSEEN
         if low and high and not doubtful:
             ends[side] = low, high
-            if whole := of.figure("p05_p95"):
+            if whole := group.figure("p05_p95"):
                 times = max(times, whole.value / (whole.bar or _UNSTATED))
     return JointRange(name, ends, times)
 
@@ -344,7 +344,7 @@ def camera_motion(take: Take) -> str:
     if take.told.moving or take.told.standing:
         return f"{'moves' if take.moving else 'stands still'}, as you stated"
     if take.camera is not None and take.camera.background is not None:
-        return f"{take.camera.background.words}, judging by the background"
+        return f"{take.camera.background.in_words}, judging by the background"
     return "is assumed to stand still (nothing shows whether it does)"
 
 
@@ -356,10 +356,10 @@ def camera_words(take: Take) -> str:
     if rectified.camera is None or not rectified.level_ok:
         return motion
     up = rotate(take.need("poses").frame.basis.T, rectified.R_source_from_level[None, :, 2])
-    known = up_bound(rectified)
-    bound = f" ± {bound_in_words(known[1])}" if known else ""
+    within = up_bound(rectified)
+    bound = f" ± {bound_in_words(within[1])}" if within else ""
     digits = 1 if "." in bound else 0
-    pitch, roll = (f"{float(of):z.{digits}f}{bound}°" for of in pitch_roll_deg(up[0]))
+    pitch, roll = (f"{float(angle):z.{digits}f}{bound}°" for angle in pitch_roll_deg(up[0]))
     return (
         f"{motion}; pitch {pitch} (positive: it looks down), roll {roll} (positive: its image is turned "
         "counter-clockwise)"

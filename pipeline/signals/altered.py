@@ -70,7 +70,7 @@ def _filled(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
         return unseen, []
     bend, moved = _bends_and_moves(joints)
     on_line = bend <= _ON_LINE
-    lines = [(joint, *line) for joint, of in enumerate(on_line.T) for line in stretches(of).tolist()]
+    lines = [(joint, *line) for joint, rows in enumerate(on_line.T) for line in stretches(rows).tolist()]
     chance = (len(lines) + 1) / (int((bend > _ON_LINE).sum()) + 1)
     few = chance < limit("joints-filled.stands-still")
     by_chance = np.log(limit("joints-filled.by-chance") / unseen.size) / np.log(chance) if few else np.inf
@@ -211,8 +211,8 @@ def _upright(points: PoseSequence) -> bool:
     at = points.joints[:, points.layout.indices(TRUNK_CORNERS)].astype(np.float64)
     trunk = at[:, :2].mean(axis=1) - at[:, 2:].mean(axis=1)
     cosine = trunk[:, 1] / np.linalg.norm(trunk, axis=-1)
-    known = np.isfinite(cosine)
-    return bool(known.any() and np.median(cosine[known]) > limit("joints-exchanged.upright"))
+    tells = np.isfinite(cosine)
+    return bool(tells.any() and np.median(cosine[tells]) > limit("joints-exchanged.upright"))
 
 
 def _copied(points: PoseSequence) -> list[Notice]:
@@ -226,11 +226,11 @@ def _copied(points: PoseSequence) -> list[Notice]:
         right, left = (points.joints[:, points.layout.indices(side)].astype(np.float64) for side in names)
         right, left = (each[:, 1:] - each[:, :1] for each in (right, left))
         apart = norm(right - left)
-        known = np.isfinite(apart).any(axis=0)
+        visible = np.isfinite(apart).any(axis=0)
         if (
-            known.any()
+            visible.any()
             and np.nanpercentile(apart, limit("limbs-copied.rows")) < limit("limbs-copied.same") * trunk
-            and np.linalg.norm(np.nanstd(right[:, known], axis=0), axis=-1).max()
+            and np.linalg.norm(np.nanstd(right[:, visible], axis=0), axis=-1).max()
             > limit("limbs-copied.moves") * trunk
         ):
             notices.append(notice("limbs-copied", limb="leg" if limb == LEG else "arm"))
@@ -291,16 +291,16 @@ def _rows_lost(points: PoseSequence) -> list[Notice]:
 def _leaps(speed: np.ndarray) -> np.ndarray:
     """(N,) rows from which the joints go on faster, in the median, than around them and than before or after. speed:
     (T, J), NaN where unknown."""
-    known, around = np.isfinite(speed), limit("rows-lost.around")
+    visible, around = np.isfinite(speed), limit("rows-lost.around")
     if len(speed) < around:
         return np.zeros(0, dtype=int)
-    least = limit("rows-lost.still") * np.median(speed[known]) if known.any() else 0.0
-    every = np.where(known, speed, np.inf)
+    least = limit("rows-lost.still") * np.median(speed[visible]) if visible.any() else 0.0
+    every = np.where(visible, speed, np.inf)
     wider = np.pad(every, ((1, 1), (0, 0)), mode="edge")
     beside = np.minimum(wider[:-2], wider[2:])
     usual = [ranked(joint, around, around // 2, "symmetric") for joint in every.T]
     usual = np.maximum(np.stack(usual, axis=-1), beside) + least
-    faster = np.where(known, speed + least, 0.0) / np.maximum(usual, 1e-12)
+    faster = np.where(visible, speed + least, 0.0) / np.maximum(usual, 1e-12)
     leaps = np.flatnonzero(np.median(faster, axis=1) > limit("rows-lost.once"))
     # At an end half of the rows around are not there.
     return leaps[(leaps >= around // 2) & (leaps < len(speed) - around // 2)]
@@ -381,27 +381,27 @@ def _ends(points: PoseSequence) -> np.ndarray | None:
     names = (*_ENDS, "l_hip", "r_hip")
     if any(name not in points.layout for name in names):
         return None
-    seen = points.joints.astype(np.float64)
+    joints = points.joints.astype(np.float64)
     if points.frame.dims == 2 and points.confidence is not None:
-        seen = np.where((points.confidence <= 0)[..., None], np.nan, seen)
+        joints = np.where((points.confidence <= 0)[..., None], np.nan, joints)
     size = max(float(np.nan_to_num(trunk_length(points.joints, points.layout))), 1e-12)
-    ends, hips = (seen[:, points.layout.indices(part)] for part in (_ENDS, names[4:]))
+    ends, hips = (joints[:, points.layout.indices(part)] for part in (_ENDS, names[4:]))
     paths = ((ends - hips.mean(axis=1, keepdims=True)) / size).reshape(len(ends), -1)
     goes_on = np.ones(len(paths), dtype=bool)
     goes_on[1:] = (np.diff(paths, axis=0) != 0).any(axis=1)
     paths = paths[goes_on]
     rows = np.arange(len(paths))
-    known = np.isfinite(paths)
+    visible = np.isfinite(paths)
     whole = [
         np.interp(rows, rows[there], path[there])
-        for path, there in zip(paths.T, known.T, strict=True)
+        for path, there in zip(paths.T, visible.T, strict=True)
         if there.mean() > 0.5
     ]
     return np.stack(whole, axis=-1) if whole and len(rows) >= _ENOUGH else None
 
 
 def _listed(layout: Layout, unseen: np.ndarray) -> str:
-    """Joints by how many rows of found (T, J) are theirs, the most first."""
-    counts = {name: int(of.sum()) for name, of in zip(layout.joints, unseen.T, strict=True) if of.any()}
+    """Joints by how many rows of unseen (T, J) are theirs, the most first."""
+    counts = {name: int(rows.sum()) for name, rows in zip(layout.joints, unseen.T, strict=True) if rows.any()}
     names = sorted(counts, key=lambda name: -counts[name])
     return ", ".join(map(label_of, names[:3])) + (", ..." if len(names) > 3 else "")

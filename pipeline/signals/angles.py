@@ -46,7 +46,7 @@ class Angle:
     """One angle, with the fields of angles.toml, which says what they are."""
 
     group: str
-    words: str
+    definition: str
     positive: str
     joints: tuple[str, ...]
     needs_gravity: bool = False
@@ -104,7 +104,7 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
     thorax_forward, thorax_up = trunk_axes(shoulders, trunk)
     pelvis_forward, pelvis_up = trunk_axes(hips, trunk)
     facing = np.isfinite(hips + shoulders).all(axis=0)  # what BODY's heading rests on
-    of = {}
+    degrees = {}
     for side, out in (("r", 1.0), ("l", -1.0)):
         thigh, shank = (
             _unit(at[f"{side}_{b}"] - at[f"{side}_{a}"]) for a, b in (("hip", "knee"), ("knee", "ankle"))
@@ -113,8 +113,8 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
             _unit(at[f"{side}_{b}"] - at[f"{side}_{a}"])
             for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
         )
-        of[f"{side}_knee_flexion"] = _hinge(thigh, shank, -hips)
-        of[f"{side}_elbow_flexion"] = _hinge(
+        degrees[f"{side}_knee_flexion"] = _hinge(thigh, shank, -hips)
+        degrees[f"{side}_elbow_flexion"] = _hinge(
             arm, forearm, arm_reference(arm, shoulders, thorax_forward, thorax_up, out)
         )
         for joint, flexion, segment, frame in (
@@ -122,19 +122,19 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
             ("shoulder", "shoulder_flexion", arm, (thorax_forward, shoulders, thorax_up)),
         ):
             forward, right, up = (_dot(segment, axis) for axis in frame)
-            of[f"{side}_{flexion}"] = _turn(forward, -up)
-            of[f"{side}_{joint}_abduction"] = _lift(out * right)
+            degrees[f"{side}_{flexion}"] = _turn(forward, -up)
+            degrees[f"{side}_{joint}_abduction"] = _lift(out * right)
             if joint == "shoulder":
-                of[f"{side}_shoulder_elevation"] = _degrees(np.hypot(forward, right), -up)
+                degrees[f"{side}_shoulder_elevation"] = _degrees(np.hypot(forward, right), -up)
         for name, segment in (("thigh", thigh), ("shank", shank), ("upper_arm", arm)):
-            of[f"{side}_{name}_sagittal"] = np.where(facing, _turn(-segment[0], -segment[2]), np.nan)
-    of["trunk_lean_sagittal"] = np.where(facing, _turn(-trunk[0], trunk[2]), np.nan)
-    of["trunk_lean_frontal"] = np.where(facing, _lift(trunk[1]), np.nan)
-    of["pelvis_obliquity"] = _lift(hips[2])
-    of["thorax_pelvis_rotation"] = _degrees(
+            degrees[f"{side}_{name}_sagittal"] = np.where(facing, _turn(-segment[0], -segment[2]), np.nan)
+    degrees["trunk_lean_sagittal"] = np.where(facing, _turn(-trunk[0], trunk[2]), np.nan)
+    degrees["trunk_lean_frontal"] = np.where(facing, _lift(trunk[1]), np.nan)
+    degrees["pelvis_obliquity"] = _lift(hips[2])
+    degrees["thorax_pelvis_rotation"] = _degrees(
         _dot(_cross(pelvis_forward, thorax_forward), trunk), _dot(pelvis_forward, thorax_forward)
     )
-    return {name: near(of[name], angle.centre_deg) for name, angle in ANGLES.items()}
+    return {name: near(degrees[name], angle.centre_deg) for name, angle in ANGLES.items()}
 
 
 def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:

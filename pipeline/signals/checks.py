@@ -62,10 +62,10 @@ class Chirality:
             "hips and shoulders agree on left": (self.arms_legs, self.arms_legs_votes, "frame"),
         }
         return ", ".join(
-            f"{words} in {100 * share:.0f} % of {how_many(votes, what)}"
+            f"{cue} in {100 * share:.0f} % of {how_many(votes, what)}"
             if votes
-            else f"no frame tells whether {words}"
-            for words, (share, votes, what) in votes_of.items()
+            else f"no frame tells whether {cue}"
+            for cue, (share, votes, what) in votes_of.items()
         )
 
 
@@ -146,8 +146,8 @@ def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
         return {}
     length = length / np.maximum(np.nansum(length, axis=1, keepdims=True), 1e-12)
     spread = length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)
-    of = zip(H36M17.bones, spread, strict=True)
-    return {f"{a}-{b}": float(value) for (a, b), value in of if np.isfinite(value)}
+    spreads = zip(H36M17.bones, spread, strict=True)
+    return {f"{a}-{b}": float(value) for (a, b), value in spreads if np.isfinite(value)}
 
 
 def bone_spread(poses: PoseSequence) -> float:

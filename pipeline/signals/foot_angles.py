@@ -49,7 +49,7 @@ def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
     """
     at = dict(zip(layout.joints, np.moveaxis(toes_completed(body, layout), -2, 0), strict=True))
     facing = np.isfinite(sum(at[joint] for joint in _FACING)).all(axis=-1)
-    of, least = {}, np.sin(np.radians(limit("angles.foot-flat")))
+    degrees, least = {}, np.sin(np.radians(limit("angles.foot-flat")))
     for side, out in (("r", 1.0), ("l", -1.0)):
         shank = unit(at[f"{side}_knee"] - at[f"{side}_ankle"])
         big = at[f"{side}_big_toe"]
@@ -57,8 +57,8 @@ def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
         foot = unit(toes - at[f"{side}_heel"])
         # The sine of 90 degrees less the angle between the two is their cosine.
         between = np.einsum("...i,...i->...", shank, foot)
-        of[f"{side}_ankle_dorsiflexion"] = np.degrees(np.arcsin(np.clip(between, -1.0, 1.0)))
+        degrees[f"{side}_ankle_dorsiflexion"] = np.degrees(np.arcsin(np.clip(between, -1.0, 1.0)))
         flat = np.hypot(foot[..., 0], foot[..., 1]) > least
         turned = np.degrees(np.arctan2(out * foot[..., 1], -foot[..., 0]))
-        of[f"{side}_foot_progression"] = np.where(facing & flat, turned, np.nan)
-    return of
+        degrees[f"{side}_foot_progression"] = np.where(facing & flat, turned, np.nan)
+    return degrees

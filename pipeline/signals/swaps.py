@@ -205,7 +205,7 @@ def _runs(
     state."""
     price = limbs[0][0].price
     vectors, floor = [[way.vectors(clip) for way in ways] for ways in limbs], limit("swaps.nearest") * size
-    continuity = np.array([[_continuity(each, times, floor) for each in of] for of in vectors])
+    continuity = np.array([[_continuity(way, times, floor) for way in ways] for ways in vectors])
     continuity = np.moveaxis(continuity, 2, 1)
     seconds = np.gradient(times)[:, None]
     cost = seconds * limit("swaps.anatomy") * (anatomy[..., :1] - anatomy)
@@ -242,7 +242,10 @@ def _leapt(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) ->
         apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
         steps = norm(np.diff(apart, axis=0)).T / step_s
         most = limit("swap-leaps.usual")
-        fast = [np.percentile(of[np.isfinite(of)], most) if np.isfinite(of).any() else np.inf for of in steps]
+        fast = [
+            np.percentile(step[np.isfinite(step)], most) if np.isfinite(step).any() else np.inf
+            for step in steps
+        ]
         least = np.maximum(limit("swap-leaps.speed"), limit("swap-leaps.faster") * np.array(fast))
         wrong = np.zeros(len(image), dtype=bool)
         for rows in range(1, min(max(round(limit("swap-leaps.within") / step_s), 1), len(image) - 1) + 1):

@@ -137,7 +137,7 @@ def angle_charts(take: Take) -> Markup:
         )
         angle = ALL_ANGLES[sides_of(name)[0]]
         title = f"{label_of(name).capitalize()} (°)"
-        about = f"{angle.words[:1].upper()}{angle.words[1:]}; positive: {angle.positive}."
+        about = f"{angle.definition[:1].upper()}{angle.definition[1:]}; positive: {angle.positive}."
         figures.append(figure(over_time(curves, times, f"{title} over time", about=about), title))
     if not figures:
         return Markup("")

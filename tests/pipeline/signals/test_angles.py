@@ -205,4 +205,4 @@ def test_an_arm_is_elevated_against_the_line_that_its_words_name():
     known = np.isfinite(found)
     assert known.sum() > 30
     np.testing.assert_allclose(found[known], np.degrees(np.arccos(share[known])), atol=1e-5)
-    assert "trunk line made perpendicular to the shoulder line" in ANGLES["r_shoulder_elevation"].words
+    assert "trunk line made perpendicular to the shoulder line" in ANGLES["r_shoulder_elevation"].definition
