@@ -11,7 +11,7 @@ import numpy as np
 
 from ..models.angle_error.disagreement import by_disagreement
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
-from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
+from ..models.angle_error.joint_noise import JointNoise, made_by_the_built_in, read_noise, shipped_noise
 from ..models.angle_error.off_keypoints import widened, without_exchanged
 from ..models.angle_error.take_angles import AngleSeries, angle_rates, angle_series, in_reference
 from ..models.angle_error.take_error import far_off
@@ -102,8 +102,7 @@ def _lacking(take: Take) -> str:
 
 def errors_of(poses: PoseSequence) -> JointNoise | None:
     """The errors of the lifter that made the poses if that is the built-in one, else None."""
-    noise = shipped_noise()
-    return noise if poses.lifted and poses.made_by.by == noise.lifter else None
+    return shipped_noise() if made_by_the_built_in(poses) else None
 
 
 def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None:

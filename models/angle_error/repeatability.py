@@ -18,7 +18,7 @@ import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.measures import SD_90, Measure, Measures
-from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.pose import Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.angles import ANGLES, near, of_both
 
@@ -57,13 +57,8 @@ def figure_of(row: Measure, gait: str) -> str | None:
     return f"{'running' if running else group}.{row.name}" if named else None
 
 
-def judged(poses: PoseSequence) -> bool:
-    """Whether the poses are of the lifter whose differences are known; those of others count as independent."""
-    return poses.made_by.by == shipped()["lifter"]
-
-
 def difference_sd(figure: str, errors: tuple[float, float], between: Between) -> float:
-    """One standard deviation of the difference of two figures by the shipped lifter (`judged`), of their stated errors.
+    """One standard deviation of the difference of two figures by the shipped lifter, of their stated errors.
     figure: of `figure_of`; of repetitions "peak.knee_flexion". One that was not fitted has independent errors."""
     return float(shipped()["factors"][between].get(figure, 1.0) * np.hypot(*errors))
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...models.angle_error.repeatability import Between, difference_sd, judged, range_sd
+from ...models.angle_error.joint_noise import made_by_the_built_in
+from ...models.angle_error.repeatability import Between, difference_sd, range_sd
 from ...models.common.motion import Motion
 from ...pipeline.core.measures import SD_90, Measure, Moments, Remark, withheld
 from ...pipeline.signals.angles import of_both
@@ -35,13 +36,17 @@ def unknown_deg(motion: Motion) -> float:
 def error_of_difference(motion: Motion, figure: str, errors: tuple[float, float], between: Between) -> float:
     """Standard deviation of the difference of two figures, whose errors are independent where nothing is known of
     their difference."""
-    return difference_sd(figure, errors, between) if judged(motion.source) else float(np.hypot(*errors))
+    if made_by_the_built_in(motion.source):
+        return difference_sd(figure, errors, between)
+    return float(np.hypot(*errors))
 
 
 def error_of_range(motion: Motion, angle: str, range_deg: float, ends: tuple[float, float]) -> float:
     """Of a range of an angle by the standard deviations of both ends."""
     error = float(np.hypot(*ends))
-    return range_sd(of_both(angle), range_deg, error, motion.duration_s) if judged(motion.source) else error
+    if made_by_the_built_in(motion.source):
+        return range_sd(of_both(angle), range_deg, error, motion.duration_s)
+    return error
 
 
 def observable(judged: np.ndarray) -> Measure:

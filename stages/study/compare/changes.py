@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....models.angle_error.joint_noise import made_by_the_built_in
 from ....models.angle_error.repeatability import (
     MOVEMENTS,
     Between,
@@ -16,7 +17,6 @@ from ....models.angle_error.repeatability import (
     difference_sd,
     differing,
     figure_of,
-    judged,
     same_part,
     same_place,
 )
@@ -112,7 +112,7 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     gaits = [of.group("walking").text("gait") for of in both]
     # Lifts, with the errors that were judged, of the lifter whose differences are known as shares of these; others
     # count as independent.
-    one_lifter = all(run.angle_errors == "judged" and judged(run.need("poses")) for run in runs)
+    one_lifter = all(run.angle_errors == "judged" and made_by_the_built_in(run.need("poses")) for run in runs)
     between = ("again" if near else "elsewhere") if one_lifter else None
     metric = reference.metric and side.metric
     differences = []
