@@ -11,7 +11,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import COCO17, Layout
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.reading.given import layout_in_2d, numbers
-from ..common.function import FunctionError, name_of
+from ..common.function import failed, name_of
 from .protocols import Found
 
 
@@ -30,11 +30,11 @@ class FunctionDetector:
         self.layout: Layout = COCO17
 
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
-        """As Detector says. `FunctionError` where the function raises, or answers something else."""
+        """As Detector says. InputError where the function raises, or answers something else."""
         try:
             answer = self._function(image)
         except Exception as error:
-            raise self._failed(error) from error
+            raise failed("detect", self._function, error) from error
         if answer is None:
             return ()
         try:
@@ -43,17 +43,16 @@ class FunctionDetector:
                 return ()
             if points.ndim != 3 or points.shape[2] != 3 or self._count not in (None, points.shape[1]):
                 count = "K" if self._count is None else self._count
-                raise self._failed(f"expected the shape (people, {count}, 3), got {points.shape}.")
+                raise InputError(
+                    "wrong-content", f"expected the shape (people, {count}, 3), got {points.shape}."
+                )
             if self._count is None:
                 self.layout = layout_in_2d(points.shape[1], self._joints, "its keypoints")
                 self._count = points.shape[1]
         except InputError as error:
-            raise self._failed(str(error)) from None
+            raise failed("detect", self._function, str(error)) from None
         people = (_found(person) for person in points[:, : len(self.layout)])
         return tuple(person for person in people if person is not None)
-
-    def _failed(self, what: str | Exception) -> FunctionError:
-        return FunctionError("detect", self._function, what)
 
 
 def _found(points: np.ndarray) -> Found | None:

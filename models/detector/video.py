@@ -18,7 +18,6 @@ from ...pipeline.reading.tracker import MEMORY, Sighting, Tracker
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.visibility import LEAST_SCORE
-from ..common.function import FunctionError
 from .leaps import exchanges, leaps
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
@@ -87,8 +86,8 @@ class Search:
         """InputError for a detector of another package that answers something else, and for a function that fails."""
         try:
             people, joints = self._detector.people(image, self._before), len(self._detector.layout)
-        except FunctionError as error:
-            raise error.at(f"frame {number}") from error.__cause__
+        except InputError as error:
+            raise InputError(error.code, f"In frame {number}: {error}") from error.__cause__
         shapes = [(joints, 2), (joints,), (4,)]
         if isinstance(people, Sequence) and all(
             isinstance(person, Found)

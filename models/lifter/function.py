@@ -14,7 +14,7 @@ from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.reading.given import numbers
 from ...pipeline.signals.filters import on_lines
-from ..common.function import FunctionError, name_of
+from ..common.function import failed, name_of
 from .keypoints import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 
@@ -44,7 +44,7 @@ class FunctionLifter:
         visible = is_finite(pixels)
         score = np.where(visible, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
         x = np.concatenate([filled(pixels), score[..., None]], axis=-1).astype(np.float32)
-        joints = self._answer(x, (width, height), rate or USUAL_HZ, keypoints.frame_index)
+        joints = self._answer(x, (width, height), rate or USUAL_HZ)
         unseen = long_gaps(np.any(visible, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
         joints = joints - joints[:, [H36M17.index("pelvis")]]
@@ -59,24 +59,21 @@ class FunctionLifter:
             joints_on_a_line=int((~visible[rows] & ~unseen[rows, None]).sum()),
         )
 
-    def _answer(self, x: np.ndarray, size: tuple[int, int], fps: float, frames: np.ndarray) -> np.ndarray:
-        """(T, 17, 3) to keypoints (T, K, 3). frames: numbers of those in which somebody was seen."""
-
-        def refusal(what: str | Exception) -> InputError:
-            return FunctionError("lift", self._function, what).at(f"frames {frames[0]} to {frames[-1]}")
-
+    def _answer(self, x: np.ndarray, size: tuple[int, int], fps: float) -> np.ndarray:
+        """(T, 17, 3) to keypoints (T, K, 3)."""
         try:
             answer = self._function(x, size, fps)
         except Exception as error:
-            raise refusal(error) from error
+            raise failed("lift", self._function, error) from error
         try:
             joints = numbers(answer, "poses")
         except InputError as error:
-            raise refusal(str(error)) from None
+            raise failed("lift", self._function, str(error)) from None
         if joints.shape != (len(x), len(H36M17), 3):
-            raise refusal(f"expected the shape {(len(x), len(H36M17), 3)}, got {joints.shape}.")
+            expected = f"expected the shape {(len(x), len(H36M17), 3)}, got {joints.shape}."
+            raise failed("lift", self._function, expected)
         if np.isnan(joints).all():
-            raise refusal("every coordinate is NaN.")
+            raise failed("lift", self._function, "every coordinate is NaN.")
         return joints.astype(np.float64)
 
 
