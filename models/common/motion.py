@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
@@ -20,7 +19,6 @@ from .residuals import LIMBS, Residuals, residuals_of, unsure_joints
 # 0.026 statures with the noisy keypoints of the test bed, 0.012 with exact ones.
 _USUAL = 3.0
 _FRAMES = 5  # median over so many: an error of one frame is the keypoint's, which the lifter has not followed
-_LIMBS = {"leg": ("knee", "ankle"), "arm": ("elbow", "wrist")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +85,8 @@ def motion_of(take: Take) -> Motion:
     for limb, rows in contradicted(residuals, poses.times).items():
         known[np.ix_(rows, np.array(H36M17.indices(LIMBS[limb][1:])))] = False
     for limb, rows in in_doubt(take).items():
-        ends = [f"{side}_{end}" for side in "rl" for end in _LIMBS[limb]]
-        known[np.ix_(rows, np.array(H36M17.indices(ends)))] = False
+        for side in "rl":
+            known[np.ix_(rows, np.array(H36M17.indices(LIMBS[f"{side}_{limb}"][1:])))] = False
     R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
     trunk = unit(filtered.joint("thorax").astype(np.float64) - filtered.joint("pelvis"))
     lean_deg = np.degrees(np.arccos(np.clip(trunk[:, 2], -1, 1)))
@@ -142,15 +140,9 @@ def in_doubt(take: Take) -> dict[str, np.ndarray]:
     poses = take.need("poses")
     doubt: dict[str, np.ndarray] = {}
     of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
-    for limb, first, last in left_exchanged(take.said, of):
-        rows = (first <= poses.frame_index) & (poses.frame_index <= last)
-        doubt[limb] = doubt.get(limb, False) | rows
+    for said in take.said:
+        if said.code in ("swaps-found", "swaps-doubtful") and said.values.get("what") in of:
+            for limb, first, last in said.values.get("exchanged", ()):
+                rows = (first <= poses.frame_index) & (poses.frame_index <= last)
+                doubt[limb] = doubt.get(limb, False) | rows
     return doubt
-
-
-def left_exchanged(
-    said: Iterable[Notice], of: Collection[str] = ("poses", "keypoints")
-) -> list[tuple[str, int, int]]:
-    """("leg" or "arm", the first frame, the last) of limbs that may be exchanged, and were left so."""
-    values_of = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
-    return [span for values in values_of if values.get("what") in of for span in values.get("exchanged", ())]

@@ -38,12 +38,15 @@ class Residuals:
 
     def whole(self) -> np.ndarray:
         """(T,) root mean square over JOINTS, in statures; NaN where none is known."""
-        return _rms(self.statures[:, H36M17.indices(JOINTS)])
+        square = (self.statures[:, H36M17.indices(JOINTS)] ** 2).sum(axis=-1)
+        count = np.isfinite(square).sum(axis=-1)
+        return np.sqrt(np.where(count, np.nansum(square, axis=-1), np.nan) / np.maximum(count, 1))
 
     def limb(self, limb: str) -> np.ndarray:
         """(T,) root mean square of the two outer joints of one of LIMBS, each less that of the joint nearer the trunk:
         how far its bones are off, wherever the body is. In statures; NaN where a bone is not known."""
-        return _limb(self.statures, limb)
+        bones = np.diff(self.statures[:, H36M17.indices(LIMBS[limb])], axis=1)
+        return np.sqrt((bones**2).sum(axis=-1).mean(axis=-1))
 
 
 @lru_cache(maxsize=1)  # several stages ask about the same take
@@ -74,8 +77,12 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
 
 def residuals_of(take: Take) -> Residuals | None:
     """Of a take whose poses are in CAMERA axes; None where it has no keypoints, no camera or other axes."""
-    beside = _beside(take)
-    return None if beside is None else residuals(*beside)
+    poses, keypoints, camera = take.poses, take.keypoints, take.camera
+    if poses is None or keypoints is None or camera is None:
+        return None
+    if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or not poses.layout.is_body:
+        return None
+    return residuals(poses, keypoints, camera)
 
 
 def limb_scores(take: Take) -> dict[str, np.ndarray]:
@@ -100,26 +107,3 @@ def unsure_joints(take: Take) -> dict[str, np.ndarray]:
         for limb, scores in limb_scores(take).items()
         for joint, score in zip(LIMBS[limb][1:], scores.T, strict=True)
     }
-
-
-def _beside(take: Take) -> tuple[PoseSequence, PoseSequence, Camera] | None:
-    """Poses in CAMERA axes, keypoints of the same images, and their camera; None if one of them is missing."""
-    poses, keypoints, camera = take.poses, take.keypoints, take.camera
-    if poses is None or keypoints is None or camera is None:
-        return None
-    if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or not poses.layout.is_body:
-        return None
-    return poses, keypoints, camera
-
-
-def _limb(off: np.ndarray, limb: str) -> np.ndarray:
-    points = off[:, H36M17.indices(LIMBS[limb])]
-    bones = np.diff(points, axis=1)
-    return np.sqrt((bones**2).sum(axis=-1).mean(axis=-1))
-
-
-def _rms(off: np.ndarray) -> np.ndarray:
-    """(T,) of offsets (T, J, 2), over those that are known."""
-    square = (off**2).sum(axis=-1)
-    count = np.isfinite(square).sum(axis=-1)
-    return np.sqrt(np.where(count, np.nansum(square, axis=-1), np.nan) / np.maximum(count, 1))
