@@ -6,7 +6,6 @@ stands longer on each foot, but swings it hardly more slowly.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -46,9 +45,8 @@ def clock_doubts(level: PoseSequence) -> list[Notice]:
     times = float(np.sqrt(np.median(fell) * _STATURE_M / GRAVITY)) if fell else 1.0  # as fast as it was
     movement = f"the body falls at {times**2:.2g} of gravity in the air"
     if 1 / _OFF < times < _OFF:
-        gait = _gait(level)
-        times = 1.0 if gait is None else gait.too_quick()
-        movement = "" if gait is None else f"the legs of a walk or run swing for {gait.swing_s:.2f} s"
+        swing_s, times = _swing(level)
+        movement = f"the legs of a walk or run swing for {swing_s:.2f} s"
     if times == 1.0:
         return []
     way = "quickly" if times > 1 else "slowly"
@@ -56,36 +54,17 @@ def clock_doubts(level: PoseSequence) -> list[Notice]:
     return [notice("rate-against-movement", times=max(times, 1 / times), **values)]
 
 
-@dataclass(frozen=True)
-class _Gait:
-    """Legs that go there and back evenly, by medians. swing_s: time in which a foot goes one way, higher than the other
-    way, which takes stance_s; reach: how far it goes about the pelvis, and lift: by how much it is higher, in lengths
-    of a leg. backwards: whether it is higher on its way to the back. knee_deg: flexion of the straighter knee."""
-
-    swing_s: float
-    stance_s: float
-    reach: float
-    lift: float
-    backwards: bool
-    knee_deg: float
-
-    def too_quick(self) -> float:
-        """How many times too quickly legs swing, below 1 where too slowly; 1 within what people do."""
-        walks = self.stance_s > _WALKS * self.swing_s and self.lift < _LIFT and not self.backwards
-        kind = "walk" if walks and self.knee_deg < _STRAIGHT_DEG else "run"
-        if self.swing_s < _QUICKEST[kind]:
-            return _USUAL[kind] / self.swing_s
-        return _USUAL["walk"] / self.swing_s if walks and self.swing_s > _SLOWEST else 1.0
-
-
-def _gait(level: PoseSequence) -> _Gait | None:
-    """None where legs do not swing evenly beneath an upright trunk."""
+def _swing(level: PoseSequence) -> tuple[float, float]:
+    """Seconds in which a foot goes one way about the pelvis, higher than the other way, and how many times too quick
+    that is, below 1 where too slow; 1 within what people do, and where legs do not swing evenly beneath an upright
+    trunk."""
+    none = np.nan, 1.0
     if len(level) < 2 or level.time_s is None:
-        return None
+        return none
     upright = unit((level.joint("thorax") - level.joint("pelvis")).astype(np.float64))[:, 2]
     upright = upright[np.isfinite(upright)]
     if not (len(upright) and np.median(upright) > _UPRIGHT):
-        return None
+        return none
     ways: dict[bool, list[tuple[float, float, float]]] = {True: [], False: []}  # to the front, or not
     hips, pelvis = level.joint("l_hip") - level.joint("r_hip"), level.joint("pelvis")
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -105,18 +84,21 @@ def _gait(level: PoseSequence) -> _Gait | None:
             ways[bool(reach > 0)].append((time_s[stop] - time_s[start], abs(reach), lift))
     forth, back = (_whole(np.array(ways[way]).reshape(-1, 3)) for way in (True, False))
     if min(len(forth), len(back)) < _FEWEST:
-        return None
+        return none
     backwards = bool(np.median(forth[:, 2]) < np.median(back[:, 2]))
     swing, stance = (back, forth) if backwards else (forth, back)
     for each in (swing, stance):
         early, late = np.percentile(each[:, 0], [25, 75])
         if not late < _EVEN * early:
-            return None
+            return none
     (swing_s, reach, lift), (stance_s, _, below) = (np.median(each, axis=0) for each in (swing, stance))
     if not _REACH[0] < reach < _REACH[1] or swing_s * level.fps < _FEWEST_ROWS:
-        return None
-    knee_deg = float(np.nanmedian(np.fmin(*knees_deg)))
-    return _Gait(float(swing_s), float(stance_s), float(reach), float(lift - below), backwards, knee_deg)
+        return none
+    walks = stance_s > _WALKS * swing_s and lift - below < _LIFT and not backwards
+    kind = "walk" if walks and np.nanmedian(np.fmin(*knees_deg)) < _STRAIGHT_DEG else "run"
+    if swing_s < _QUICKEST[kind]:
+        return float(swing_s), _USUAL[kind] / swing_s
+    return (float(swing_s), _USUAL["walk"] / swing_s) if walks and swing_s > _SLOWEST else none
 
 
 def _whole(halves: np.ndarray) -> np.ndarray:

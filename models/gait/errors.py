@@ -76,16 +76,12 @@ class GaitErrors:
         if figure in OF_LENGTH:
             parts.append(own["root"] * root_sd * each)
         else:
-            parts.append(own["apart"] * self.apart(gait, style))
+            usual = self.seen[gait]["stance_percent"]["usual"]
+            parts.append(own["apart"] * abs(style.get("stance_percent", usual) - usual))
         if figure in OF_LANDINGS:
             parts.append(own["scatter"] * (scatter if np.isfinite(scatter) else own["usual_scatter"]) * each)
         beyond = 0.0 if figure in OF_LENGTH else max(self.beyond(gait, style).values(), default=0.0)
         return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
-
-    def apart(self, gait: str, style: Mapping[str, float]) -> float:
-        """How far a found stance is from the usual one, in percent of the stride."""
-        usual = self.seen[gait]["stance_percent"]["usual"]
-        return abs(style.get("stance_percent", usual) - usual)
 
     def beyond(self, gait: str, style: Mapping[str, float]) -> dict[str, float]:
         """{figure: how far} of those in a `style_of` that lie outside what was found in the walks and runs that errors
@@ -123,11 +119,8 @@ class GaitErrors:
         return float("nan") if own is None else float(np.hypot(own["shared"], own["depth"] * depth)) / 2
 
 
-Source = Literal["lifted", "measured"]
-
-
 @cache
-def shipped_errors(source: Source = "lifted") -> GaitErrors:
+def shipped_errors(source: Literal["lifted", "measured"] = "lifted") -> GaitErrors:
     """What gait_error.json holds of poses by the built-in lifter, or of captured ones."""
     return GaitErrors(**json.loads(ERROR_FILE.read_text(encoding="utf-8"))[source])
 
@@ -177,7 +170,10 @@ def path_error(
     LEVEL. scale_sd, focal_sd: standard deviations of the body's size and of the focal length as shares of them. time_s:
     (T,).
     """
-    own_error = own_covariance(root, covariance, axis, scale_sd, focal_sd)[:, :2, :2]
+    # Of each frame for itself: less what the body's size and the focal length make wrong in all alike.
+    depth = (root @ axis)[:, None] * axis
+    alike = sum(sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, root), (focal_sd, depth)))
+    own_error = (covariance - alike)[:, :2, :2]
     own_error = own_error[np.isfinite(own_error).all(axis=(1, 2))]
     if not len(own_error) or not walks:
         return 0.0, 0.0
@@ -196,13 +192,3 @@ def _inside(time_s: np.ndarray, walks: Sequence[Sequence[Step]]) -> np.ndarray:
     for walk in walks:
         inside |= (time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s)
     return inside
-
-
-def own_covariance(
-    root: np.ndarray, covariance: np.ndarray, axis: np.ndarray, scale_sd: float, focal_sd: float
-) -> np.ndarray:
-    """(T, 3, 3) of the error that each frame of an estimated path has for itself: the whole one less what the body's
-    size and the focal length make wrong in all alike. As those of `path_error`."""
-    depth = (root @ axis)[:, None] * axis
-    alike = sum(sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, root), (focal_sd, depth)))
-    return covariance - alike
