@@ -1,7 +1,7 @@
 """Evidence on up: what any source says, as a Gaussian about it, and what several say together.
 
 Each kind is made in one place: the body's by `votes.pool`, that of feet and floor by `floor.of_feet`, what the user or
-a sensor tells by `told_up`, the image's by `of_image`; how cameras are `held` speaks before any of them.
+a sensor tells by `told_up`; how cameras are `held` speaks before any of them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...pipeline.core.camera import Look, pitch_roll_deg, view_rotation
+from ...pipeline.core.camera import pitch_roll_deg, view_rotation
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import TOLD_UP
 from ...pipeline.core.rotations import is_finite, unit
@@ -117,11 +117,6 @@ def doubtful(up: np.ndarray, failure: float) -> bool:
     right = (1 - failure) * held(level) / (np.sqrt(2 * np.pi) * _USUAL_DEG[0][1])
     wrong = failure / (2 * _WIDEST_DEG)
     return bool(wrong / (wrong + right) > _DOUBT)
-
-
-def of_image(look: Look) -> Evidence:
-    """An image's answer."""
-    return about(IMAGE, look.up, look.covariance)
 
 
 def fuse(sources: Sequence[Evidence]) -> TakeUp:

@@ -30,7 +30,8 @@ _FEET_DEG = 12.0  # scatter of the line between lifted ankles about the level, o
 _FEET_LEAN_DEG = 7.0  # and what all stances of a take share: the lifter's error in depth, uneven ground
 _STANCE_SPEED = 0.12  # statures per second that the ankles may move against each other in double support
 _STANCE_APART = 0.12  # statures that they must be apart, and
-_STANCE_LEVEL = 0.10  # that one may be higher than the other
+_STANCE_LEVEL = 0.10  # that one may be higher than the other,
+_UNDER = -0.35  # and both well below the pelvis
 
 
 def of_feet(person: PersonFrames, up: np.ndarray) -> Evidence | None:
@@ -38,9 +39,8 @@ def of_feet(person: PersonFrames, up: np.ndarray) -> Evidence | None:
     neither tells. up: (3,) a first idea."""
     if not is_finite(up):
         return None
-    floor = (
-        None if person.root is None else floor_plane(person.joints + person.root[:, None], up, person.time_s)
-    )
+    world = None if person.root is None else person.joints + person.root[:, None]
+    floor = None if world is None else floor_plane(world, up, person.time_s)
     return floor or level_feet(person.joints, up, person.time_s)
 
 
@@ -55,7 +55,7 @@ def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evide
     along it, and how far from one plane (stairs, a ladder) they were.
     """
     stature = implied_stature(joints)
-    if not (np.isfinite(stature) and is_finite(up)):
+    if not np.isfinite(stature):
         return None
     places = stances(joints.astype(np.float64) / stature, up, time_s)
     count = len(places)
@@ -104,7 +104,19 @@ def level_feet(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Eviden
     joints: (T, 17, 3) relative to the pelvis, any unit; up: (3,) a first idea, to tell stance from a kick;
     time_s: (T,). Needs no path of the root: two feet on the ground do not move against each other.
     """
-    across, use = stance(joints, up, time_s)
+    stature = implied_stature(joints)
+    if not stature > 0:  # nor when it is NaN
+        return None
+    right, left = (joints[:, H36M17.index(f"{side}_ankle")].astype(np.float64) / stature for side in "rl")
+    across = right - left
+    fine = is_finite(across)
+    if fine.sum() < 5:
+        return None
+    speed = np.full(len(joints), np.inf)
+    speed[fine] = np.linalg.norm(np.gradient(gaussian(across[fine], 1.5), time_s[fine], axis=0), axis=-1)
+    under = np.maximum(right @ up, left @ up) < _UNDER
+    apart, rise = np.linalg.norm(across, axis=-1), np.abs(across @ up)
+    use = fine & under & (speed < _STANCE_SPEED) & (apart > _STANCE_APART) & (rise < _STANCE_LEVEL)
     if use.sum() < 5:
         return None
     lines = unit(across[use])
@@ -116,23 +128,3 @@ def level_feet(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Eviden
     error = np.radians(np.sqrt(_FEET_LEAN_DEG**2 + _FEET_DEG**2 / count))
     information = lines.T @ lines / use.sum() / error**2
     return Evidence(FEET, information, np.zeros(3))
-
-
-def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3) right minus left ankle in statures, and (T,) whether both feet seem to stand apart on the ground."""
-    stature = implied_stature(joints)
-    if not stature > 0:  # nor when it is NaN
-        return np.full((len(joints), 3), np.nan), np.zeros(len(joints), dtype=bool)
-    right, left = (joints[:, H36M17.index(f"{side}_ankle")].astype(np.float64) / stature for side in "rl")
-    across = right - left
-    fine = is_finite(across)
-    if fine.sum() < 5:
-        return across, np.zeros(len(joints), dtype=bool)
-    smooth = across.copy()
-    smooth[fine] = gaussian(across[fine], 1.5)
-    speed = np.full(len(joints), np.inf)
-    speed[fine] = np.linalg.norm(np.gradient(smooth[fine], time_s[fine], axis=0), axis=-1)
-    under = np.maximum(right @ up, left @ up) < -0.35  # both feet well below the pelvis
-    rise = np.abs(across @ up)
-    apart = np.linalg.norm(across, axis=-1)
-    return across, fine & (speed < _STANCE_SPEED) & (apart > _STANCE_APART) & (rise < _STANCE_LEVEL) & under

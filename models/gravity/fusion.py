@@ -20,7 +20,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import angle_deg, is_finite, shortest_turn, unit
-from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
+from .evidence import IMAGE, Evidence, TakeUp, about, fuse
 
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
 # Takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts.
@@ -60,7 +60,7 @@ def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Lo
             heard = heard if told else not believed.image
             loser = (alone.up if believed.image else look.up) if believed.close else None
         if believed is None or believed.image:
-            others = (*others, of_image(look))
+            others = (*others, about(IMAGE, look.up, look.covariance))
     fused = alone
     if others:
         together = fuse(others)

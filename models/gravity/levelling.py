@@ -20,7 +20,7 @@ from ..common.spread import stated_spread
 from .evidence import Evidence, TakeUp
 from .floor import of_feet
 from .fusion import KNOWN_DEG, fused_up
-from .moving import moving_up
+from .moving import sliding_up, with_looks
 from .person import PersonFrames, of_frames, smoothed, trust
 from .votes import USUAL_SPREAD
 
@@ -105,8 +105,8 @@ def known_up(
 
 def level_moving(person: PersonFrames, looks: Sequence[tuple[float, Look]] = ()) -> Levelled:
     """A smooth gravity for a camera that pans or is carried. LEVEL's heading is the camera's: how the camera turned
-    about the vertical cannot be seen from the body alone. looks: of moving.moving_up."""
-    return level(person, moving_up(person, looks))
+    about the vertical cannot be seen from the body alone. looks: what images say, each with its time in seconds."""
+    return level(person, with_looks(sliding_up(person), person, looks))
 
 
 def level(person: PersonFrames, up: TakeUp) -> Levelled:

@@ -26,10 +26,7 @@ from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_
 from .person import trust
 from .votes import of_votes, pool
 
-LOOK_S, _LOOK_ROWS = (
-    3.0,
-    20,
-)  # of the first poses that are looked at: fewer rows tell nothing of left and right
+LOOK_S, _LOOK_ROWS = 3.0, 20  # of the first poses that are looked at: fewer tell nothing of left and right
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
 _NEWS = 1 / 16  # of the votes kept, that must be new before all are pooled anew
 
@@ -74,9 +71,7 @@ class LiveRectifier:
         self._first: list[tuple[float, np.ndarray]] | None = [] if check == "refuse" else None
         self._rectifier = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
         self._others = tuple(others)
-        self._votes = np.full((KEPT, 3), np.nan)
-        self._errors_deg = np.full(KEPT, np.nan)
-        self._times_s = np.full(KEPT, np.nan)
+        self._votes = np.full((KEPT, 5), np.nan)  # up, its error in degrees, seconds
         self._count = 0  # votes kept,
         self._seen = 0  # of so many frames with one,
         self._every = 1  # of which every so manyth is kept,
@@ -139,14 +134,11 @@ class LiveRectifier:
         self._seen += 1
         if (self._seen - 1) % self._every:
             return
-        kept = (self._votes, self._errors_deg, self._times_s)
         if self._count == KEPT:
             self._count //= 2
             self._every *= 2
-            for values in kept:
-                values[: self._count] = values[::2].copy()
-        for values, value in zip(kept, (up, error_deg, time_s), strict=True):
-            values[self._count] = value
+            self._votes[: self._count] = self._votes[::2].copy()
+        self._votes[self._count] = *up, error_deg, time_s
         self._count += 1
         self._new += 1
         if self._new >= _NEWS * self._count:
@@ -154,9 +146,8 @@ class LiveRectifier:
             self._up = self._pooled()
 
     def _pooled(self) -> TakeUp:
-        n = self._count
-        votes = pool(self._votes[:n], self._errors_deg[:n], self._times_s[:n])
-        return fuse([*self._others, *of_votes(votes)])
+        votes = self._votes[: self._count]
+        return fuse([*self._others, *of_votes(pool(votes[:, :3], votes[:, 3], votes[:, 4]))])
 
     def _standing(self, R_frame: np.ndarray, error_deg: float, time_s: float) -> np.ndarray:
         """(3, 3) the frame upright, its heading an exponential mean over the last moments, on the circle."""

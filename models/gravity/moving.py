@@ -29,12 +29,6 @@ _LOOK_DEG = 4.0  # looks this far from the middle of their neighbours count half
 _CONTRADICTION = 3.0  # combined errors, median over the frames
 
 
-def moving_up(person: PersonFrames, looks: Sequence[tuple[float, Look]] = ()) -> TakeUp:
-    """The up (T, 3) of each frame. looks: what images say, each with its time in seconds."""
-    bodies = sliding_up(person)
-    return with_looks(bodies, person, looks) if looks else bodies
-
-
 def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]]:
     """What the images of the poses' video say while the person is there, each with its time in the take; without time
     stamps the poses count as 30 frames a second."""
@@ -133,7 +127,10 @@ def _local_line(
 def with_looks(bodies: TakeUp, person: PersonFrames, looks: Sequence[tuple[float, Look]]) -> TakeUp:
     """The bodies' up (T, 3) together with the images', each by 1 / error^2; no look is carried over a clip boundary.
     Where they contradict each other, the loser only speaks where the winner does not; an image's voice fades away
-    from it, until it may be lost by as much as the bodies err."""
+    from it, until it may be lost by as much as the bodies err. looks: what images say, each with its time in
+    seconds."""
+    if not looks:
+        return bodies
     ups = np.stack([bodies.up, np.full(bodies.up.shape, np.nan)])
     errors = np.stack([np.maximum(bodies.error_deg, 0.1), np.full(len(bodies.up), np.inf)])
     lost_deg = np.full(len(bodies.up), np.inf)

@@ -62,11 +62,8 @@ def trust(error_deg: np.ndarray | float) -> np.ndarray:
 
 def of_frames(person: PersonFrames) -> list[Evidence]:
     """The one piece of evidence that a take's frames are together; none without votes."""
-    votes = pool(person.votes, person.error_deg, person.time_s, person.spread)
-    if not is_finite(votes.up):
-        return []
-    fine = is_finite(person.votes)
-    return of_votes(votes, own_lean(np.mean(leaning(person, votes.up)[fine], axis=0)))
+    votes, fine = pool(person.votes, person.error_deg, person.time_s, person.spread), is_finite(person.votes)
+    return of_votes(votes, own_lean(np.mean(leaning(person, votes.up)[fine], axis=0))) if fine.any() else []
 
 
 def leaning(person: PersonFrames, up: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.core.rotations import unit
+from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import on_lines
 from ..common.canonical import body_axes
@@ -36,19 +36,12 @@ def take_rotation(
     every = min(rows // _ENOUGH, int(CORRELATED_S / usual_s) if usual_s > 0 else 1)
     if every < 2:
         return rectifier.rotation(joints)
-    return _completed(rectifier, joints, time_s, seams, every)
-
-
-def _completed(
-    rectifier: Rectifier, joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int], every: int
-) -> tuple[np.ndarray, np.ndarray]:
-    rows = len(joints)
     R, error_deg = np.full((rows, 3, 3), np.nan), np.full(rows, np.nan)
 
     def ask(asked: np.ndarray) -> None:
         R[asked], error_deg[asked] = rectifier.rotation(joints[asked])
 
-    asked = ~_whole(body_axes(joints, np.array([0.0, -1.0, 0.0])))
+    asked = ~is_finite(body_axes(joints, np.array([0.0, -1.0, 0.0]))).all(axis=1)
     edges = [0, *seams, rows]
     for first, end in pairwise(edges):
         asked[first:end:every] = True
@@ -57,7 +50,7 @@ def _completed(
     for first, end in pairwise(edges):
         clip = slice(first, end)
         R[clip], error_deg[clip] = _between(R[clip], error_deg[clip], asked[clip], joints[clip], time_s[clip])
-    left = ~asked & ~_whole(R)
+    left = ~asked & ~is_finite(R).all(axis=1)
     if left.any():
         ask(left)
     return R, error_deg
@@ -69,7 +62,7 @@ def _between(
     """One clip's rotations (T, 3, 3) and errors (T,), completed where they were not asked for; NaN where nobody near
     was."""
     body = body_axes(joints, R[..., 2])  # the joints' own heading, under the rectifier's up
-    use = asked & _whole(R) & _whole(body)
+    use = asked & (is_finite(R) & is_finite(body)).all(axis=1)
     if not use.any():
         return R, error_deg
 
@@ -84,8 +77,3 @@ def _between(
         np.where(asked[:, None, None], R, filled),
         np.where(asked, error_deg, on_lines(error_deg, time_s, use)),
     )
-
-
-def _whole(R: np.ndarray) -> np.ndarray:
-    """(T,) whether rotations (T, 3, 3) are there."""
-    return np.asarray(np.isfinite(R).all(axis=(1, 2)))

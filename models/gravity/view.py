@@ -71,13 +71,14 @@ def camera_of(
     else:
         view = static_camera(looks, boxes, *focals)
     view = replace(view, intrinsics=intrinsics, background=background)
-    return replace(view, looks=tuple(_shaken(look, view.shake_rad) for look in view.looks))
-
-
-def _shaken(look: Look, shake_rad: float) -> Look:
-    """Of a camera that shakes other frames have another up than the images that were looked at."""
-    across = np.eye(3) - np.outer(look.up, look.up)
-    return replace(look, covariance=look.covariance + shake_rad**2 * across)
+    # Of a camera that shakes other frames have another up than the images that were looked at.
+    looks = [
+        replace(
+            look, covariance=look.covariance + view.shake_rad**2 * (np.eye(3) - np.outer(look.up, look.up))
+        )
+        for look in view.looks
+    ]
+    return replace(view, looks=tuple(looks))
 
 
 def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, int]) -> Background | None:
@@ -188,17 +189,14 @@ def known_camera(size: tuple[int, int], told_px: float | None, file_px: float | 
     return Camera(size, focal, focal * ASSUMED_FOCAL_SD, "prior")
 
 
-def _prior_spread(camera: Camera) -> float:
-    """Of the focal length's logarithm, before an image is looked at. What fits draw an unknown one to is narrower than
-    what is stated of it where no image tells it."""
-    return PRIOR_FOCAL_SPREAD if camera.focal_source == "prior" else camera.focal_sd_px / camera.focal_px
-
-
 def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, before: Camera) -> Camera:
     """The camera with what the lines of images of one place say of it; where these do not tell up, with the reason."""
-    frames, spread = sorted(images), _prior_spread(before)
+    frames = sorted(images)
     pictures = [images[frame] for frame in frames]
-    known_px = None if before.focal_source == "prior" else before.focal_px
+    # What fits draw an unknown focal length to is narrower than what is stated of it where no image tells it.
+    known_px, spread = None, PRIOR_FOCAL_SPREAD
+    if before.focal_source != "prior":
+        known_px, spread = before.focal_px, before.focal_sd_px / before.focal_px
     answer = up_from_images(
         pictures, known_px, [boxes.get(frame, _NO_BOX) for frame in frames], focal_spread=spread
     )

@@ -6,13 +6,11 @@ A camera that stands still has one up. Per-frame predictions are votes: their sc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
-from .evidence import FRAMES, Evidence, about
+from .evidence import FRAMES, Evidence, TakeUp, about
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/up.md).
@@ -52,15 +50,6 @@ _STILL = 1e-6
 CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 
 
-@dataclass(frozen=True)
-class Votes:
-    """A robust mean of directions. up: (3,), unit, NaN without votes. error_deg: expected root mean square angle to
-    the truth."""
-
-    up: np.ndarray
-    error_deg: float
-
-
 def pitch_roll_error_deg(up: np.ndarray, error_deg: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
     """(...,) standard deviations of the pitch and the roll of an up (..., 3) that bodies tell, of the error (...,) that
     their votes and spread ask for, degrees, without what a person leans by itself."""
@@ -85,7 +74,7 @@ def bodies_covariance(
     return pitch * (across - roll_way) + roll * roll_way + own
 
 
-def of_votes(votes: Votes, lean: np.ndarray | None = None) -> list[Evidence]:
+def of_votes(votes: TakeUp, lean: np.ndarray | None = None) -> list[Evidence]:
     """The one piece of evidence that the votes are together; none without votes. lean: (3, 3) of
     bodies_covariance."""
     if not is_finite(votes.up):
@@ -112,9 +101,10 @@ def lean_square(
 
 def pool(
     up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray, spread: np.ndarray | None = None
-) -> Votes:
-    """Weighted robust mean on the sphere: weights 1 / error^2, votes further than a few degrees off count less
-    (Cauchy's weights about the current mean). The error is what all votes share plus what is left of their scatter.
+) -> TakeUp:
+    """Weighted robust mean on the sphere, NaN without votes: weights 1 / error^2, votes further than a few degrees off
+    count less (Cauchy's weights about the current mean). The error is what all votes share plus what is left of their
+    scatter.
 
     A frame's expected tilt error has two parts: the scatter that the take shows, which averages out over its
     independent votes, and the rest, which all its frames share. The scatter's part is no less than how far the votes
@@ -125,7 +115,7 @@ def pool(
     """
     fine = is_finite(up)
     if not fine.any():
-        return Votes(np.full(3, np.nan), float("nan"))
+        return TakeUp(np.full(3, np.nan), float("nan"))
     votes = unit(up[fine].astype(np.float64))
     expected = expected_deg(error_deg[fine])
     trust = (expected.min() / expected) ** 2
@@ -140,8 +130,7 @@ def pool(
     usual = float(np.median(stated[np.isfinite(stated)])) if np.isfinite(stated).any() else float("nan")
     shared = lean_square(float(np.average(expected**2, weights=trust)), scatter**2, usual)
     outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
-    error = float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2)))
-    return Votes(centre, error)
+    return TakeUp(centre, float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2))))
 
 
 def robust_mean(votes: np.ndarray, trust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
