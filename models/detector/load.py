@@ -11,7 +11,7 @@ from ...pipeline.plugins.registry import open_model
 from ..common.onnx import open_onnx
 from .function import FunctionDetector
 from .movenet import MoveNet
-from .protocols import CropNetwork, Detector, Found, PersonNetwork
+from .protocols import CropNetwork, Detector, Found
 from .rtmpose import SimCC
 from .topdown import Follower, TopDown
 from .yolox import PersonBoxes
@@ -49,7 +49,10 @@ def load_detector(
         joints_of_one = _joints(opened)
         if person_detector is None and not everybody:
             return Follower(joints_of_one, looks != 1)
-        return TopDown(joints_of_one, _persons(person_detector or _USUAL_PERSONS), looks != 1)
+        persons = open_model("person_detectors", person_detector or _USUAL_PERSONS)
+        if isinstance(persons, Path):
+            persons = PersonBoxes(open_onnx(persons, "a network that finds people"))
+        return TopDown(joints_of_one, persons, looks != 1)
     if person_detector is not None:
         raise InputError(
             "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."
@@ -76,10 +79,3 @@ def _joints(path: Path) -> CropNetwork:
         "wrong-network",
         f"{network.path} is not {what}: expected MoveNet's outputs for one person, or SimCC's; got {network.looks}.",
     )
-
-
-def _persons(name: str | Path) -> PersonNetwork:
-    opened = open_model("person_detectors", name)
-    if not isinstance(opened, Path):
-        return opened
-    return PersonBoxes(open_onnx(opened, "a network that finds people"))

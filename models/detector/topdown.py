@@ -99,9 +99,8 @@ class Follower:
                     person = self._one.look(image, self._one.next_crop(person))
             if person.sure < _FOUND or not _middle_inside(person, image):
                 continue
-            if (
-                best is None or person.sure > best.sure
-            ):  # of equals that of the larger window, which shows all of it
+            # Of equals that of the larger window, which shows all of it.
+            if best is None or person.sure > best.sure:
                 best = person
         return best
 

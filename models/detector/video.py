@@ -136,16 +136,9 @@ class Search:
         is compared with."""
         scene = int(resume.cuts.max(initial=0))
         before = []
-        columns = (
-            resume.frame_index,
-            resume.time_s,
-            resume.person,
-            resume.joints,
-            resume.confidence,
-            resume.box,
-        )
-        for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
-            sighted = Found(xy, score, box)
+        sightings = map(Found, resume.joints, resume.confidence, resume.box)
+        rows = zip(resume.frame_index, resume.time_s, resume.person, sightings, strict=True)
+        for frame, time_s, person, sighted in rows:
             self._keep(frame, time_s, person, sighted)
             self._tracker.knows(int(person), _sighting(int(frame), sighted))
             if frame < scene:
@@ -161,9 +154,8 @@ class Search:
 
 
 def _sighting(frame: int, sighted: Found) -> Sighting:
-    return Sighting(
-        frame, sighted.xy, sighted.score + 1e-6, sighted.box
-    )  # who is all unsure is somewhere too
+    # Who is all unsure is somewhere too.
+    return Sighting(frame, sighted.xy, sighted.score + 1e-6, sighted.box)
 
 
 def detect(
@@ -238,10 +230,8 @@ def _told_apart(detections: Detections) -> Detections:
     name of their own. Joints that nobody saw, of legs out of the image, are guessed now here, now there, and tell
     nothing."""
     cuts = leaps(detections)
-    pieces, visible = (
-        [],
-        np.where((detections.confidence < LEAST_SCORE)[..., None], np.nan, detections.joints),
-    )
+    visible = np.where((detections.confidence < LEAST_SCORE)[..., None], np.nan, detections.joints)
+    pieces = []
     for name in np.unique(detections.person):
         rows = np.flatnonzero(detections.person == name)
         others = [row for row, _ in exchanges(detections.time_s[rows], visible[rows].astype(np.float64))]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.reading.tracker import overlap
 from ..common.onnx import OnnxFile
 from .crops import Crop
 
@@ -38,23 +37,18 @@ class PersonBoxes:
 
     def boxes(self, image: np.ndarray) -> np.ndarray:
         """As PersonNetwork says, best first."""
+        import cv2
+
         width, height = self._size
         scale = min(width / image.shape[1], height / image.shape[0])
         crop = Crop(0, 0, round(width / scale), round(height / scale))
         cropped = crop.cut(image, self._size, _GREY)[..., ::-1].astype(np.float32)
         answers = self._network.run(np.ascontiguousarray(cropped.transpose(2, 0, 1)[None]))
         rows = answers[self._boxes][0].astype(np.float64)
-        people = rows[:, 4] > _SURE
         if self._labels is not None:
-            people &= answers[self._labels][0] == 0
-        corners = rows[people, :4].reshape(-1, 2, 2) / self._size
-        return _apart(crop.in_image(corners).reshape(-1, 4), rows[people, 4])
-
-
-def _apart(boxes: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """Of boxes that overlap much the best alone (non-maximum suppression)."""
-    kept: list[np.ndarray] = []
-    for box in boxes[np.argsort(-score, kind="stable")]:
-        if all(overlap(box, other) < _OVERLAP for other in kept):
-            kept.append(box)
-    return np.array(kept).reshape(-1, 4)
+            rows = rows[answers[self._labels][0] == 0]
+        left_top, right_bottom, score = rows[:, :2], rows[:, 2:4], rows[:, 4]
+        sized = np.hstack([left_top, right_bottom - left_top])
+        # Of boxes that overlap much the best alone.
+        kept = np.array(cv2.dnn.NMSBoxes(sized, score, _SURE, _OVERLAP), dtype=int).ravel()
+        return crop.in_image(rows[kept, :4].reshape(-1, 2, 2) / self._size).reshape(-1, 4)

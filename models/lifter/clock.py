@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.filters import on_lines
 from .keypoints import USUAL_HZ
 
 _FASTEST_HZ = 60.0
@@ -38,19 +39,13 @@ class Clock:
         fine_pixels[:: self.finer], fine_confidence[:: self.finer] = pixels, confidence
         row, visible = np.arange(count), is_finite(fine_pixels)
         for joint in np.flatnonzero(visible.any(axis=0)):
-            sightings = np.flatnonzero(visible[:, joint])
-            after = np.searchsorted(sightings, row)  # of the sightings, the first that is not before the row
-            inside = (after > 0) & (after < len(sightings)) & ~visible[:, joint]
-            after = after[inside]
-            before, behind = sightings[after - 1], sightings[after]
-            near = behind - before <= self.longest + 1
-            gap, before, behind = row[inside][near], before[near], behind[near]
-            share = ((gap - before) / (behind - before))[:, None]
-            ends = fine_pixels[before, joint], fine_pixels[behind, joint]
-            fine_pixels[gap, joint] = (1 - share) * ends[0] + share * ends[1]
-            fine_confidence[gap, joint] = np.minimum(
-                fine_confidence[before, joint], fine_confidence[behind, joint]
-            )
+            rows = np.flatnonzero(visible[:, joint])
+            after = np.searchsorted(rows, row)
+            before, behind = rows[np.maximum(after - 1, 0)], rows[np.minimum(after, len(rows) - 1)]
+            gap = (before < row) & (row < behind) & (behind - before <= self.longest + 1)
+            fine_pixels[gap, joint] = on_lines(fine_pixels[:, joint], row)[gap]
+            ends = fine_confidence[before[gap], joint], fine_confidence[behind[gap], joint]
+            fine_confidence[gap, joint] = np.minimum(*ends)
         return fine_pixels, fine_confidence
 
 
