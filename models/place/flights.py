@@ -249,34 +249,21 @@ def own_height(
     height = np.empty(len(level))
     for rows in blocks(len(level)):
         body, lines = (each[rows, use].astype(np.float64) for each in (level.joints, rays))
-        height[rows] = _height(body, lines, trust[rows, use], level.root[rows], R, ahead, stature)
-    return height
-
-
-def _height(
-    body: np.ndarray,
-    lines: np.ndarray,
-    trust: np.ndarray,
-    root: np.ndarray,
-    R: np.ndarray,
-    ahead: np.ndarray,
-    stature: float,
-) -> np.ndarray:
-    """As `own_height`, (T,), of the joints (T, J, 3), rays (T, J, 2) and trust (T, J) that tell it."""
-    lines = rotate(transpose(R), np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1))
-    distance = (body[..., :2] + root[:, None, :2]) @ ahead
-    reach = lines[..., :2] @ ahead
-    with np.errstate(invalid="ignore", divide="ignore"):
-        heights = lines[..., 2] / reach * distance - body[..., 2]
-    usable = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust > 0)
-    enough = usable.sum(axis=1) >= FEWEST
-    heights, trust = np.where(usable, heights, np.nan), np.where(usable, trust, 0.0)
-    height = np.full(len(heights), np.nan)
-    height[enough] = np.nanmedian(heights[enough], axis=1)
-    for _ in range(_ROUNDS):
-        off = np.where(usable, heights - height[:, None], 0.0)
-        weights = trust / (1 + (off / (_ROBUST * stature)) ** 2)
-        height[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
+        lines = rotate(transpose(R), np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1))
+        distance = (body[..., :2] + level.root[rows, None, :2]) @ ahead
+        reach = lines[..., :2] @ ahead
+        with np.errstate(invalid="ignore", divide="ignore"):
+            heights = lines[..., 2] / reach * distance - body[..., 2]
+        usable = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust[rows, use] > 0)
+        enough = usable.sum(axis=1) >= FEWEST
+        heights, says = np.where(usable, heights, np.nan), np.where(usable, trust[rows, use], 0.0)
+        own = np.full(len(heights), np.nan)
+        own[enough] = np.nanmedian(heights[enough], axis=1)
+        for _ in range(_ROUNDS):
+            off = np.where(usable, heights - own[:, None], 0.0)
+            weights = says / (1 + (off / (_ROBUST * stature)) ** 2)
+            own[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
+        height[rows] = own
     return height
 
 
@@ -337,12 +324,6 @@ def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | N
     return Flight(off_s, apex_s, land_s, fall, rise, *feet, clear=clear)
 
 
-def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
-    """When a height passes 0 between a row and the next."""
-    share = height[row] / (height[row] - height[row + 1])
-    return float(time_s[row] + share * (time_s[row + 1] - time_s[row]))
-
-
 def _edge(path: _BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
     """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
     line, on so many feet; NaN where that was not seen."""
@@ -350,21 +331,17 @@ def _edge(path: _BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -
     at_s, height, level = float(time_s[row]), path.lowest, float(line[row])
     if path.rule.lifted:
         height = path.ankles.mean(axis=1) if feet == 2 else path.lowest
-        level = _low(height, time_s, at_s, way) + _LIFTS[way]
+        beside = np.abs(time_s - at_s - way * _BEFORE_S / 2) < _BEFORE_S / 2
+        level = float(np.nanpercentile(height[beside], _FLOOR)) + _LIFTS[way]
         row = (rows.start + rows.stop) // 2
         while 0 < row < len(height) - 1 and height[row] > level:
             row += way
         row -= way
     if not height[row] > level >= height[row + way] or abs(time_s[row] - at_s) > _BEFORE_S / 2:
         return float("nan")
-    return _passes(height - level, time_s, min(row, row + way))
-
-
-def _low(height: np.ndarray, time_s: np.ndarray, at_s: float, way: int) -> float:
-    """What a height is for a fifth of the time just before (way -1) or after (1) a moment."""
-    return float(
-        np.nanpercentile(height[np.abs(time_s - at_s - way * _BEFORE_S / 2) < _BEFORE_S / 2], _FLOOR)
-    )
+    first = min(row, row + way)
+    share = (level - height[first]) / (height[first + 1] - height[first])
+    return float(time_s[first] + share * (time_s[first + 1] - time_s[first]))
 
 
 def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> float:
@@ -388,13 +365,10 @@ def _spells(path: _BodyPath, seams: tuple[int, ...]) -> Iterator[tuple[slice, np
         for a, b in stretches(piece > line[start:stop]):
             rows = slice(start + a, start + b)
             whole = a > 0 and b < len(piece) and bool(np.isfinite(piece[[a - 1, b]]).all())
-            if not whole or (b - a >= rule.fewest and _lasts_s(path, rows) >= rule.least_s):
+            # With half of a frame to either side, in which the ankle passes its line.
+            lasts_s = np.gradient(time_s)[rows].sum()
+            if not whole or (b - a >= rule.fewest and lasts_s >= rule.least_s):
                 yield rows, line, whole
-
-
-def _lasts_s(path: _BodyPath, rows: slice) -> float:
-    """With half of a frame to either side, in which the ankle passes its line."""
-    return float(np.gradient(path.time_s)[rows].sum())
 
 
 def _floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:

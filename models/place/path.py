@@ -8,7 +8,7 @@ diagonal blocks of its inverse.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -79,19 +79,7 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     """
     require(poses.frame, CAMERA, "pelvis_path")
     rays, trust = keypoint_rays(poses, keypoints, camera)
-    focal_sd = camera.focal_sd_px / camera.focal_px
-    path = _path(poses.without_feet.joints, rays, trust, poses.times, focal_sd)
-    if path is None or camera.shake_rad == 0:
-        return path
-    across = (camera.shake_rad * path.root[:, 2, None]) ** 2 * [1.0, 1.0, 0.0]
-    return replace(path, own=path.own + across[:, None] * np.eye(3))
-
-
-def _path(
-    joints: np.ndarray, rays: np.ndarray, trust: np.ndarray, time_s: np.ndarray, focal_sd: float
-) -> PelvisPath | None:
-    """joints: (T, 17, 3). rays, trust: of keypoint_rays. time_s: (T,). focal_sd: standard deviation of the focal length
-    as a share of it."""
+    joints, time_s = poses.without_feet.joints, poses.times
     stature = implied_stature(joints)
     if not stature > 0 or len(joints) < FEWEST_FRAMES:
         return None
@@ -102,19 +90,20 @@ def _path(
     information = information / max(_LASTS_S * rate(time_s), 1.0)
     if is_finite(places).sum() < 2:
         return None
-    path, factor = smoothed(places, information, time_s, _JOLT)
-    for _ in range(_ROUNDS):
-        # Cauchy weights of frames that are off the path.
-        off = places - path
-        off = np.where(np.isfinite(off), off, 0.0)
-        weights = 1 / (1 + np.einsum("ti,tij,tj->t", off, information, off) / _STRAY**2)
+    weights = np.ones(len(places))
+    for _ in range(_ROUNDS + 1):
         path, factor = smoothed(places, information * weights[:, None, None], time_s, _JOLT)
+        # Cauchy weights of frames that are off the path.
+        off = np.nan_to_num(places - path)
+        weights = 1 / (1 + np.einsum("ti,tij,tj->t", off, information, off) / _STRAY**2)
     own = covariances(factor)
     lost = np.sqrt(np.linalg.eigvalsh(own)[:, -1]) > _MOST
+    root = np.where(lost[:, None], np.nan, path * stature)
+    shaken = (camera.shake_rad * root[:, 2, None]) ** 2 * [1.0, 1.0, 0.0]
     return PelvisPath(
-        root=np.where(lost[:, None], np.nan, path * stature),
-        own=np.where(lost[:, None, None], np.nan, own * stature**2),
-        focal_sd=focal_sd,
+        root=root,
+        own=np.where(lost[:, None, None], np.nan, own * stature**2) + shaken[:, None] * np.eye(3),
+        focal_sd=camera.focal_sd_px / camera.focal_px,
         growth=growth,
     )
 
