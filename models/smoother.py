@@ -20,13 +20,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from ..pipeline.core.blocks import overlapping
 from ..pipeline.core.rotations import is_finite, rotate
-from ..pipeline.signals.filters import BRIDGED_S, holes, on_lines, rate
+from ..pipeline.signals.filters import BRIDGED_S, each_path, holes, on_lines, rate
 from .common.splines import solved
 
 # Chosen on lifted takes of validation subjects (bars by pcnet3d lab evaluate errors).
@@ -165,7 +166,7 @@ def _smooth(
     line, slope = _line(y, visible, time_s)
     y = y - line
     dt = 1 / rate(time_s)
-    at, jerk = _jerks(_filled(y, time_s), noise, time_s, dt, error_s, size)
+    at, jerk = _jerks(each_path(partial(on_lines, at=time_s), y), noise, time_s, dt, error_s, size)
     knot_s = max(dt, 1 / _KNOTS_HZ)
     row = np.arange(T)[:, None]
     first, last = visible.argmax(axis=0), T - 1 - visible[::-1].argmax(axis=0)
@@ -189,14 +190,6 @@ def _line(y: np.ndarray, visible: np.ndarray, time_s: np.ndarray) -> tuple[np.nd
     shown = np.where(visible[..., None], y, 0.0)
     slope = (weight * off * shown).sum(axis=0) / (weight * off**2).sum(axis=0)
     return (weight * shown).sum(axis=0) + slope * off, slope
-
-
-def _filled(y: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """y (T, J, D) with straight lines across missing rows."""
-    y = y.copy()
-    for joint in range(y.shape[1]):
-        y[:, joint] = on_lines(y[:, joint], time_s)
-    return y
 
 
 def _jerks(
@@ -233,7 +226,9 @@ def _unstated(
         part, visible = y[piece], np.isfinite(y[piece]).all(axis=-1)
         if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= _FEWEST).all():
             part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
-        hz, power, at = _spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))
+        hz, power, at = _spectra(
+            each_path(partial(on_lines, at=time_s[piece]), part), time_s[piece], 1 / rate(time_s)
+        )
         first = np.searchsorted(time_s[piece], at - _WINDOW_S / 2)
         stop = np.searchsorted(time_s[piece], at + _WINDOW_S / 2, side="right")
         so_far = np.concatenate([np.zeros((1, y.shape[1]), dtype=int), visible.cumsum(axis=0)])

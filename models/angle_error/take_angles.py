@@ -4,12 +4,11 @@ velocities, smoothed by the stated errors."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
-from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ...pipeline.core.layouts import H36M17, Layout
@@ -68,11 +67,6 @@ class TakeJoints:
     unseen: np.ndarray | None = None
     layout: Layout = H36M17
 
-    def rows(self, rows: slice) -> TakeJoints:
-        """Some of its frames."""
-        arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        return replace(self, **arrays)
-
 
 @dataclass(frozen=True, eq=False)
 class LiftErrors:
@@ -90,32 +84,17 @@ class LiftErrors:
 def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
     """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where the layout has heels and
     toes. errors: None of joints that no lifter made."""
-    size = None
-    if errors is not None:
-        size = noise_size(of.filtered, errors.error_deg, errors.up_error_deg, errors.noise, errors.stated)
-    parts = [_angles(of.rows(rows), errors, size, rows) for rows in blocks(len(of.joints))]
-    if len(parts) == 1:
-        return parts[0]
-    return {name: _joined([part.pop(name) for part in parts]) for name in list(parts[0])}
-
-
-def _angles(
-    of: TakeJoints, errors: LiftErrors | None, size: np.ndarray | None, rows: slice
-) -> dict[str, AngleSeries]:
-    """As `take_angles`, of some rows. of: theirs; errors: of the whole take, with its noise_size (T,)."""
     turned = np.asarray(is_finite(of.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], of.R_source_from_body, np.eye(3))
     points = rotate(transpose(R), of.filtered)
     body = points[:, : len(H36M17)]
     values = angles(body)
-    unknown, sd, beyond = np.full(len(body), np.nan), {}, None
-    noise = shipped_noise() if errors is None else errors.noise
-    if errors is not None and size is not None:
-        sd = angle_sd(
-            body, of.R_source_from_body, errors.error_deg[rows], errors.up_error_deg[rows], size[rows], noise
-        )
-        beyond = None if errors.growth is None else {arms: of[rows] for arms, of in errors.growth.items()}
+    unknown, sd = np.broadcast_to(np.float32(np.nan), len(body)), {}  # held once
+    if errors is not None:
+        rectified = errors.error_deg, errors.up_error_deg
+        size = noise_size(of.filtered, *rectified, errors.noise, errors.stated)
+        sd = angle_sd(body, of.R_source_from_body, *rectified, size, errors.noise)
     visible, filtered = (is_finite(toes_completed(joints, of.layout)) for joints in (of.joints, of.filtered))
     hidden = np.zeros(visible.shape, dtype=bool) if of.unseen is None else of.unseen & ~visible
     defined = ANGLES
@@ -125,12 +104,16 @@ def _angles(
     out = {}
     for name, angle in defined.items():
         parts = of.layout.indices([joint for joint in angle.joints if joint in of.layout])
-        own, tilt = sd.get(name, (unknown, unknown))
-        whole = noise.whole(name, own, tilt, values[name], beyond[arms_of(name)] if beyond else None)
+        whole, own, tilt = unknown, unknown, unknown
+        stated = errors if name in sd else None
+        if stated is not None:
+            own, tilt = sd.pop(name)
+            beyond = None if stated.growth is None else stated.growth[arms_of(name)]
+            whole = stated.noise.whole(name, own, tilt, values[name], beyond)
         measured, smooth = visible[:, parts].all(axis=1), filtered[:, parts].all(axis=1)
         level = turned & of.level_ok if angle.needs_gravity else smooth | turned
         undefined = np.isnan(values[name])
-        if name in sd:
+        if stated is not None:
             undefined |= np.isnan(whole)  # or a step away from here
         vague = whole > MAX_SD_DEG
         reason = np.select(
@@ -140,7 +123,8 @@ def _angles(
         ).astype(np.int8)
         fine = reason == FINE
         value = np.where(fine, values[name], np.nan)
-        whole, own, tilt = (np.where(fine, x, np.nan).astype(np.float32) for x in (whole, own, tilt))
+        if stated is not None:
+            whole, own, tilt = (np.where(fine, x, np.nan).astype(np.float32) for x in (whole, own, tilt))
         out[name] = AngleSeries(value, whole, reason, own, tilt)
     return out
 
@@ -150,18 +134,6 @@ def growth_of(of: TakeJoints, time_s: np.ndarray) -> dict[str, np.ndarray]:
     filtered = of.filtered[:, : len(H36M17)]
     posture = features(rotate(transpose(of.R_source_from_body), filtered), time_s)
     return {arms: growth(posture, arms) for arms in ("arms", "r_arm", "l_arm")}
-
-
-def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
-    """Of a long take, whose errors are held once where nobody knows them."""
-    joined = {
-        each.name: np.concatenate([getattr(part, each.name) for part in parts])
-        for each in fields(AngleSeries)
-    }
-    unknown = np.broadcast_to(np.float32(np.nan), joined["value_deg"].shape)
-    return AngleSeries(
-        **{name: unknown if np.isnan(values).all() else values for name, values in joined.items()}
-    )
 
 
 def angle_series(
