@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Look
 from ...pipeline.core.errors import InputError
 from .evidence import doubtful
-from .lines import Fit, Segments, directions, fits, log_before, segments_of, support, tangent
+from .lines import Fit, directions, fits, log_before, segments_of, support, tangent
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
 # Pitch and roll that no number of lines makes surer: distortion, walls out of plumb, a principal point off the
@@ -32,27 +32,12 @@ _FLAT_FAILURE = 0.15
 
 @dataclass(frozen=True, eq=False)
 class ImageUp:
-    """What an image, or several of one camera that stood still, say.
+    """What an image, or several of one camera that stood still, say, with the lines of the first. focal_px and
+    focal_sd_px: in pixels of the whole image."""
 
-    up: (3,) unit, CAMERA axes (x right, y down, z away), against gravity: (0, -1, 0) for an upright camera.
-    covariance: (3, 3) of up, square radians, across it. focal_px and focal_sd_px: in pixels of the whole image. gain:
-    evidence over chance, in nats. failure: how often an answer of this gain is quite wrong. segments, runs_along: the
-    lines looked at, and along what each runs (lines.directions).
-    """
-
-    up: np.ndarray
-    covariance: np.ndarray
+    look: Look
     focal_px: float
     focal_sd_px: float
-    gain: float
-    failure: float
-    segments: Segments
-    runs_along: np.ndarray
-
-    @property
-    def error_deg(self) -> float:
-        """Expected root mean square angle between up and the truth."""
-        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
 
 
 @dataclass(frozen=True)
@@ -103,16 +88,16 @@ def up_from_images(
     if error > _WIDEST_DEG:
         return Unknown(f"the straight lines tell which way is up only to within {error:.0f} degrees")
     assert best.covariance is not None
-    return ImageUp(
+    look = Look(
+        frame=0,
         up=best.up,
         covariance=tangent(best.up) @ covariance @ tangent(best.up).T,
-        focal_px=best.focal * side,
-        focal_sd_px=float(_FOCAL_SHARE * best.focal * side * np.sqrt(best.covariance[2, 2])),
-        gain=best.gain,
         failure=failure,
-        segments=segments,
-        runs_along=directions(segments, best),
+        ends=segments.ends[: segments.first] * side + np.array([width, height]) / 2,
+        runs_along=directions(segments, best)[: segments.first],
     )
+    focal_sd_px = float(_FOCAL_SHARE * best.focal * side * np.sqrt(best.covariance[2, 2]))
+    return ImageUp(look, best.focal * side, focal_sd_px)
 
 
 def _covariance(best: Fit, others: Sequence[Fit], nats: float) -> np.ndarray:

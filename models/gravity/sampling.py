@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.core.rotations import is_finite, unit
+from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import on_lines
 from ..common.canonical import body_axes
@@ -41,7 +41,7 @@ def take_rotation(
     def ask(asked: np.ndarray) -> None:
         R[asked], error_deg[asked] = rectifier.rotation(joints[asked])
 
-    asked = ~is_finite(body_axes(joints, np.array([0.0, -1.0, 0.0]))).all(axis=1)
+    asked = ~np.isfinite(body_axes(joints, np.array([0.0, -1.0, 0.0]))).all(axis=(1, 2))
     edges = [0, *seams, rows]
     for first, end in pairwise(edges):
         asked[first:end:every] = True
@@ -50,7 +50,7 @@ def take_rotation(
     for first, end in pairwise(edges):
         clip = slice(first, end)
         R[clip], error_deg[clip] = _between(R[clip], error_deg[clip], asked[clip], joints[clip], time_s[clip])
-    left = ~asked & ~is_finite(R).all(axis=1)
+    left = ~asked & ~np.isfinite(R).all(axis=(1, 2))
     if left.any():
         ask(left)
     return R, error_deg
@@ -62,7 +62,7 @@ def _between(
     """One clip's rotations (T, 3, 3) and errors (T,), completed where they were not asked for; NaN where nobody near
     was."""
     body = body_axes(joints, R[..., 2])  # the joints' own heading, under the rectifier's up
-    use = asked & (is_finite(R) & is_finite(body)).all(axis=1)
+    use = asked & (np.isfinite(R) & np.isfinite(body)).all(axis=(1, 2))
     if not use.any():
         return R, error_deg
 

@@ -202,16 +202,7 @@ def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, before: Camera) -
     )
     if isinstance(answer, Unknown):
         return replace(before, reason=answer.reason)
-    first = answer.segments.first
-    look = Look(
-        frame=frames[0],
-        up=answer.up,
-        covariance=answer.covariance,
-        failure=answer.failure,
-        ends=answer.segments.ends[:first] * max(before.image_size) + np.array(before.image_size) / 2,
-        runs_along=answer.runs_along[:first],
-    )
-    view = replace(before, looks=(look,))
+    view = replace(before, looks=(replace(answer.look, frame=frames[0]),))
     # What is told stays. Lines that say no more about the focal length than was known before leave it as it was, too.
     if before.focal_source == "told" or answer.focal_sd_px / answer.focal_px >= 0.8 * spread:
         return view

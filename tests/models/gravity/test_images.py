@@ -43,15 +43,15 @@ def answers(streets):
 def test_streets_tell_up(streets, answers):
     for seed, answer in answers.items():
         assert isinstance(answer, ImageUp)
-        assert angle_deg(answer.up, streets[seed].up) < 2.5
-        assert answer.error_deg < 2.5
+        assert angle_deg(answer.look.up, streets[seed].up) < 2.5
+        assert answer.look.error_deg < 2.5
 
 
 def test_several_images_of_one_camera_are_one_answer_of_the_same_error(streets, answers):
     shown, one = streets[4], answers[4]
     three = up_from_images([shown.image] * 3, boxes=[shown.boxes] * 3)
-    np.testing.assert_allclose(three.up, one.up, atol=1e-3)
-    assert three.error_deg == pytest.approx(one.error_deg, rel=0.05)  # the same lines three times are no news
+    np.testing.assert_allclose(three.look.up, one.look.up, atol=1e-3)
+    assert three.look.error_deg == pytest.approx(one.look.error_deg, rel=0.05)  # the same lines three times are no news
 
 
 def test_a_told_focal_length_is_obeyed_and_an_impossible_one_refused(streets):
@@ -75,8 +75,8 @@ def test_a_pattern_on_one_plane_is_believed_less_than_a_room(answers):
     for seed in (1, 5):
         flat = up_from_images([no_lines("diagonal pattern", seed).image])
         assert isinstance(flat, ImageUp)
-        assert flat.failure > 0.1
-    assert answers[4].failure < 0.05
+        assert flat.look.failure > 0.1
+    assert answers[4].look.failure < 0.05
 
 
 @pytest.mark.parametrize(
