@@ -50,5 +50,5 @@ class PersonBoxes:
         left_top, right_bottom, score = rows[:, :2], rows[:, 2:4], rows[:, 4]
         sized = np.hstack([left_top, right_bottom - left_top])
         # Of boxes that overlap much the best alone.
-        kept = np.array(cv2.dnn.NMSBoxes(sized, score, _SURE, _OVERLAP), dtype=int).ravel()
+        kept = np.array(cv2.dnn.NMSBoxes(sized.tolist(), score.tolist(), _SURE, _OVERLAP), dtype=int).ravel()
         return crop.in_image(rows[kept, :4].reshape(-1, 2, 2) / self._size).reshape(-1, 4)

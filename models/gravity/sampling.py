@@ -41,7 +41,7 @@ def take_rotation(
     def ask(asked: np.ndarray) -> None:
         R[asked], error_deg[asked] = rectifier.rotation(joints[asked])
 
-    asked = ~np.isfinite(body_axes(joints, np.array([0.0, -1.0, 0.0]))).all(axis=(1, 2))
+    asked = np.asarray(~np.isfinite(body_axes(joints, np.array([0.0, -1.0, 0.0]))).all(axis=(1, 2)))
     edges = [0, *seams, rows]
     for first, end in pairwise(edges):
         asked[first:end:every] = True
