@@ -51,7 +51,9 @@ def test_several_images_of_one_camera_are_one_answer_of_the_same_error(streets, 
     shown, one = streets[4], answers[4]
     three = up_from_images([shown.image] * 3, boxes=[shown.boxes] * 3)
     np.testing.assert_allclose(three.look.up, one.look.up, atol=1e-3)
-    assert three.look.error_deg == pytest.approx(one.look.error_deg, rel=0.05)  # the same lines three times are no news
+    assert three.look.error_deg == pytest.approx(
+        one.look.error_deg, rel=0.05
+    )  # the same lines three times are no news
 
 
 def test_a_told_focal_length_is_obeyed_and_an_impossible_one_refused(streets):

@@ -163,7 +163,10 @@ def broken(image):
 @pytest.mark.parametrize(
     ("answer", "said"),
     [
-        (broken, "frame 0: The function broken, given as detect, failed: it raised ValueError: out of memory"),
+        (
+            broken,
+            "frame 0: The function broken, given as detect, failed: it raised ValueError: out of memory",
+        ),
         (lambda image: np.zeros((17, 3)), "(17, 3)"),
         (lambda image: np.ones((1, 17, 2)), "(1, 17, 2)"),
         (lambda image: np.ones((1, 5, 3)), "5"),
