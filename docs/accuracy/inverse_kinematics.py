@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.musculoskeletal import write_small_model
-from pcnet3d.models.lab.evaluation.runs import Question, finished
+from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.mocap.clips import Clip, person
 from pcnet3d.pipeline import Take
 from pcnet3d.stages.export.markers import COORDINATES, OPENSIM, markers
@@ -28,16 +28,15 @@ OF_A_PERSON, BRIEFEST_S, FRAMES = 2, 2.0, 150
 
 
 def main(model: Path) -> None:
-    question = Question(people="val", bed="typical")
+    asked = Configuration(bed="typical")
     clips: dict[str, list[Clip]] = defaultdict(list)
-    for clip in (clip for of in question.sets for clip in of.clips()):
+    for clip in (clip for of in asked.sets for clip in of.clips()):
         if len(clip) >= BRIEFEST_S * clip.fps:
             clips[person(clip) or clip.name].append(clip)
     chosen = {clip.name for of in clips.values() for clip in sorted(of, key=len)[:OF_A_PERSON]}
     apart: dict[str, list[tuple[float, float]]] = defaultdict(list)
-    for each in finished(question, question.how(), only=lambda clip: clip.name in chosen):
-        assert each.take is not None, each.reason
-        takes = each.captured(), each.take
+    for each in finished(asked, only=lambda clip: clip.name in chosen):
+        takes = each.captured(), each.done
         solved = [_followed(take, model) for take in takes]
         for ours, (coordinate, _) in COORDINATES.items():
             if coordinate in solved[0].names and coordinate not in solved[0].fixed:

@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -86,19 +86,15 @@ def of_video(folder: Path, seconds: float, detector: str) -> RunOptions:
 
 
 def measured(options: RunOptions, output: Path) -> tuple[float, float]:
-    """CPU seconds of a run into `output`, and of its floor."""
-    run, floor = (_in_own_process(_cpu_s, action, options, output) for action in (_run, _floor))
-    return run, floor
+    """CPU seconds of a run into `output`, and of its floor, each in a process of its own."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        run_s, floor_s = pool.map(partial(_cpu_s, options, output), (_run, _floor))
+    return run_s, floor_s
 
 
-def _in_own_process(function: Callable[..., float], *arguments: Any) -> float:
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(function, *arguments).result()
-
-
-def _cpu_s(action: Callable[..., object], *arguments: Any) -> float:
+def _cpu_s(options: RunOptions, output: Path, action: Callable[[RunOptions, Path], object]) -> float:
     """Of this process, which is a new one, and of those that it waited for, when the action is done."""
-    action(*arguments)
+    action(options, output)
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 
@@ -116,8 +112,7 @@ def _floor(options: RunOptions, output: Path) -> None:
     from ..rectifier.load import load_rectifier
 
     with computing_on(options.device):
-        keypoints, size = _seen(options)
-        lift = lifted(ToLift(keypoints, size)).poses.joints
+        lift = lifted(ToLift(*_seen(options))).poses.joints
         joints = lift if options.poses is None else np.load(options.poses).astype(np.float32)
         R, _ = load_rectifier("pcnet").rotation(joints)
     _record(joints, np.swapaxes(R, -1, -2) @ np.swapaxes(joints, -1, -2), options.video, output)
@@ -137,8 +132,7 @@ def _seen(options: RunOptions) -> tuple[PoseSequence, tuple[int, int]]:
         for _, image in images_from(video):
             if detector is not None:
                 before = detector.people(image, before)
-                xy = before[0].xy if before else np.full((len(detector.layout), 2), np.nan)
-                found.append(xy)
+                found.append(before[0].xy if before else np.full((len(detector.layout), 2), np.nan))
     assert size is not None
     if detector is not None:
         return remap(PoseSequence(np.array(found), detector.layout, IMAGE)), size

@@ -4,7 +4,7 @@ pelvis, in the same axes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,20 +103,6 @@ def figures(takes: Sequence[OfTake], by_person: Sequence[str]) -> dict[str, Any]
 
 
 Row = tuple[tuple[str, ...], Any]  # the keys of a place in a report, and one of its values
-
-
-def tabled(rows: Iterable[Row], summary: Callable[[list[Any]], Any]) -> dict[str, Any]:
-    """Nested figures: at each place what `summary` makes of all its values."""
-    values: dict[tuple[str, ...], list[Any]] = {}
-    for keys, value in rows:
-        values.setdefault(keys, []).append(value)
-    results: dict[str, Any] = {}
-    for (*above, last), of in values.items():
-        place = results
-        for key in above:
-            place = place.setdefault(key, {})
-        place[last] = summary(of)
-    return results
 
 
 def mean(values: np.ndarray) -> float:

@@ -10,7 +10,7 @@ with `tables` in place of both, where a fit needs all values at once. REPORTS ha
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 from importlib import import_module
@@ -21,6 +21,7 @@ from typer import Argument, Option
 
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.plugins.removed import refuse_removed
@@ -28,13 +29,12 @@ from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.metrics import Figure, tabled
-from .runs import Question, Sets
+from ..common.metrics import Figure, Row
+from .runs import Configuration, Sets
 from .testbed import Bed
 
 ROOT = Path(__file__).parents[3]
 _LEDGER = ("date", "command", "networks", "because")
-Row = tuple[tuple[str, ...], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,7 @@ class Report:
 
 
 _VIRTUAL = ("lifter", "seed", "bed", "sets", "because")  # of people before virtual cameras
+_FURTHER = ("draws", "part", "fit")  # of the report on errors
 _USUAL: dict[str, Any] = {
     "lifter": "pcnet3d", "rectifier": ("geometric", "pcnet"), "seed": 0, "bed": "wild", "sets": "val", "because": "",
 }  # fmt: skip
@@ -64,7 +65,7 @@ REPORTS = {
         ".errors", ("lifter", "seed", "sets", "because", "draws", "part", "fit", "errors"), runs=True
     ),
     "real-take": Report(".real_take", ("lifter",), runs=True),
-}  # fmt: skip
+}
 
 
 def evaluate(
@@ -85,35 +86,46 @@ def evaluate(
     """Test lifters, rectifiers and later stages where the truth is known."""
     options = {name: given for name, given in locals().items() if name not in ("report", "output", "device")}
     asked = _asked(report, {name: given for name, given in options.items() if given is not None})
-    of = REPORTS[report]
+    of, people, reason = REPORTS[report], asked.get("sets"), asked.pop("because", "")
     refuse_unwritable(output)
     module = import_module(of.module, __package__)
-    people, reason = asked.pop("sets", None), asked.pop("because", "")
-    question = {name: asked.pop(name) for name in ("lifter", "seed", "bed") if name in asked}
+    heading = {name: asked[name] for name in ("lifter", "seed", "bed") if name in asked}
+    heading = {"pcnet3d": package_version(), **heading}
     with computing_on(device) as where:
-        rectifiers = tuple(map(load_rectifier, asked.pop("rectifier", ())))
-        question = Question(rectifiers, people=people, **question)
-        for judged in question.sets:
+        asked["rectifiers"] = tuple(map(load_rectifier, asked.pop("rectifier", ())))
+        more = {"output": output, **{name: asked.pop(name) for name in _FURTHER if name in asked}}
+        question = Configuration(people=asked.pop("sets", "val"), **asked)
+        for judged in question.sets if people else ():
             judged.clips()  # a set without takes is refused before the work
-        if "fit" in of.takes:
-            asked["output"] = output
-        tables = (
-            module.tables(question, **asked)
-            if hasattr(module, "tables")
-            else tabled(module.rows(question), module.summary)
-        )
-        asked_for = {
-            name: of_it for name, of_it in question.heading().items() if name in ("pcnet3d", *of.takes)
-        }
-        results = {"report": report, **({"judged": people} if people else {}), **asked_for, **tables}
-        methods = [load_lifter(str(question.lifter)).method] if "lifter" in of.takes else []
-        methods += [each.method for each in (rectifiers or [load_rectifier("pcnet")] * of.runs)]
-        results.setdefault("networks", [method for method in methods if "@" in method])
-    results |= {"date": date.today().isoformat(), "device": where.summary()}
+        if hasattr(module, "tables"):
+            tables = module.tables(question, **more)
+        else:
+            tables = tabled(module.rows(question), module.summary)
+        methods = [load_lifter(question.lifter).method] if "lifter" in of.takes else []
+        methods += [each.method for each in (question.rectifiers or [load_rectifier("pcnet")] * of.runs)]
+    networks = [method for method in methods if "@" in method]
+    results = {"report": report, **({"judged": people} if people else {}), **heading, **tables}
+    results |= {"networks": networks, "date": date.today().isoformat(), "device": where.summary()}
     output.mkdir(parents=True, exist_ok=True)
     if reason:
-        note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", results["networks"], reason)
+        note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", networks, reason)
     publish(output / "evaluation", report, module.ABOUT, results)
+
+
+def tabled(rows: Iterable[Row], summary: Callable[[list[Any]], Any]) -> dict[str, Any]:
+    """Nested figures: at each place what becomes of all its values: the sum of counts, the first of words, else what
+    `summary` says of them."""
+    values: dict[tuple[str, ...], list[Any]] = {}
+    for keys, value in rows:
+        values.setdefault(keys, []).append(value)
+    results: dict[str, Any] = {}
+    for (*above, last), of in values.items():
+        place = results
+        for key in above:
+            place = place.setdefault(key, {})
+        whole = sum(of) if isinstance(of[0], int) else of[0] if isinstance(of[0], str) else summary(of)
+        place[last] = whole
+    return results
 
 
 def publish(file: Path, title: str, about: str, results: dict[str, Any]) -> None:

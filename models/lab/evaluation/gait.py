@@ -8,6 +8,7 @@ told, and for lengths and speed once more with the usual one assumed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -26,8 +27,8 @@ from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
 from ..common.metrics import Figure, Row, mean
 from ..mocap.contact import true_contact
-from .judge import Case, summed
-from .runs import Question, finished
+from .judge import Stated, summed
+from .runs import Configuration, Finished, finished
 from .testbed import SeenTake, filtered
 
 SIDES_APART = ", right less left"  # behind the name of a figure
@@ -40,8 +41,8 @@ _ROWS = {
     for figure in FIGURES.values()
     if figure.group == "walking" and figure.key in (*OF_SIDES, *OF_LENGTH, "stride_time_s", "swing_time_s")
 }
-# Rows whose differences of the sides have an error.
-_COMPARED = {f"{name}_symmetry_index": f"mean_{name}" for name in ("step_time", "stance_time", "step_length")}
+# Rows whose differences of the sides have an error, and where it stands.
+_COMPARED = {f"mean_{name}": f"{name}_symmetry_index" for name in ("step_time", "stance_time", "step_length")}
 ABOUT = (
     "One camera a take. Errors are p50 / mean / p95 of their size: events over events, figures over takes (of the "
     "means that a run states, against those of the same steps). events: of walks. steps: found, true. inside: takes "
@@ -57,35 +58,36 @@ class Matched(NamedTuple):
     true: int
 
 
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("sets", label, "walking" or "running" by the true contacts, "takes", "steps": (found, true), "events", event:
-    Matched, and "figures", figure: Case), and ("sets", label, "false steps"), of takes without a walk; nothing of
+    Matched, and "figures", figure: Stated), and ("sets", label, "false steps"), of takes without a walk; nothing of
     takes that a run refuses or cannot level."""
     for path, known in PATHS.items():
-        for one in finished(question, question.how(focal_known=known)):
-            take, true = one.take, true_gait(one.truth)
-            if take is None or not take.need("rectified").level_ok:
+        for one in finished(replace(asked, focal_known=known)):
+            if not one.levelled:
                 continue
-            place = ("sets", one.label, true.kind)
-            steps = sum(take.figures.group("walking", words).count("steps") for words in SIDES)
-            if path == "focal known":
-                if true.kind != "none":
+            true = true_gait(one.truth)
+            place, walked = ("sets", one.label, true.kind), true.kind != "none"
+            if known:
+                steps = sum(one.done.figures.group("walking", words).count("steps") for words in SIDES)
+                if walked:
                     yield (*place, "takes"), 1
                     yield (*place, "steps"), np.array([steps, len(true.steps)])
-                    for event, of in events(take, true).items():
-                        yield (*place, "events", event), of
-                yield ("sets", one.label, "false steps"), steps if true.kind == "none" else 0
-            for case in walks(take, one.truth, true):
-                of_length = case.statement.removesuffix(SIDES_APART) in OF_LENGTH
-                if true.kind != "none" and (of_length or path == "focal known"):
-                    name = f"{case.statement}, {path}" if of_length else case.statement
-                    yield (*place, "figures", name), case
+                    yield from (
+                        ((*place, "events", event), of) for event, of in events(one.done, true).items()
+                    )
+                yield ("sets", one.label, "false steps"), 0 if walked else steps
+            for stated in walks(one, true):
+                of_length = stated.statement.removesuffix(SIDES_APART) in OF_LENGTH
+                if walked and (of_length or known):
+                    name = f"{stated.statement}, {path}" if of_length else stated.statement
+                    yield (*place, "figures", name), stated
 
 
 def summary(values: list[Any]) -> Any:
-    """Of what stands in one place of all takes: counts are summed, and cases by judge.summed."""
+    """Of what stands in one place of all takes."""
     match values[0]:
-        case Case():
+        case Stated():
             return summed(values)
         case Matched():
             errors, found, true = zip(*values, strict=True)
@@ -96,8 +98,6 @@ def summary(values: list[Any]) -> Any:
                 "bias_ms": float(1000 * np.median(error)) if len(error) else np.nan,
                 "error_ms": Figure.of(1000 * np.abs(error)),
             }
-        case int():
-            return sum(values)
         case _:
             return np.sum(values, axis=0).tolist()
 
@@ -144,39 +144,37 @@ def _even(walk: Sequence[Step]) -> bool:
     return max(times) <= _UNEVEN * min(times)
 
 
-def walks(take: Take, truth: SeenTake, true: Gait) -> Iterator[Case]:
+def walks(one: Finished, true: Gait) -> Iterator[Stated]:
     """Means of a take's walks or runs, by the names of models.gait, against those of the same steps in truth, and
     those of the right side less the left's; of static cameras. true: `true_gait` of the truth. Nothing of a take in
     which nobody walks, or no walk is found."""
-    walking = take.figures.group("walking")
+    walking = one.done.figures.group("walking")
     lands = [at for side in SIDES for at in walking.group(side).times("landings")]
     if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps if lands):
         return
     part = Gait(true.feet, true_walks(walking, true.feet))
     if not part.walks:
         return
-    values = _values(part, truth)
+    values = _values(part, one.truth)
     means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
+    person = one.truth.subject
 
     def half(row: str) -> float:
         figure = walking.figure(row)
         return np.nan if figure is None or figure.error is None else SD_90 * figure.error
 
-    for row, name in _ROWS.items():
+    for row, name in [*_ROWS.items(), ("cadence", "cadence")]:
         found = walking.value(row)
-        if found is not None and np.isfinite(means[name]):
-            yield Case(name, found, means[name], half(row))
-    cadence = walking.value("cadence")
-    if cadence is not None:
-        yield Case("cadence", cadence, 60 / means["step_time_s"], half("cadence"))
-    index_of = {row: index for index, row in _COMPARED.items()}
+        of = 60 / means["step_time_s"] if row == "cadence" else means[name]
+        if found is not None and np.isfinite(of):
+            yield Stated.figure(name, person, found, of, half(row))
     for row, name in _ROWS.items():
         right, left = (walking.group(side).value(row) for side in SIDES)
         off = mean(values[name]["r"]) - mean(values[name]["l"])
         if right is not None and left is not None and np.isfinite(off):
             size = (right + left) / 2
-            bar = half(index_of[row]) / 100 * size if row in index_of else np.nan
-            yield Case(name + SIDES_APART, right - left, off, bar)
+            bar = half(_COMPARED[row]) / 100 * size if row in _COMPARED else np.nan
+            yield Stated.figure(name + SIDES_APART, person, right - left, off, bar)
 
 
 def _values(gait: Gait, truth: SeenTake) -> Values:

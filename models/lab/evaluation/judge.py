@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,14 +35,20 @@ _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than us
 @dataclass(frozen=True, eq=False)
 class Stated:
     """What one take states of one thing. error: (N,) found less true. half: (N,) half the width of its 90 % bar, in
-    the same unit; for a length of an error (a tilt), `error` is it and `half` its bound. known: {name: (N,)} what a run
-    knows where it states this, of errors that are fitted by it."""
+    the same unit, NaN without one; for a length of an error (a tilt), `error` is it and `half` its bound. known:
+    {name: (N,)} what a run knows where it states this, of errors that are fitted by it. true: (N,) of a figure."""
 
     statement: str
     person: str
     error: np.ndarray
     half: np.ndarray
     known: Mapping[str, np.ndarray] = field(default_factory=dict)
+    true: np.ndarray | None = None
+
+    @classmethod
+    def figure(cls, statement: str, person: str, found: float, true: float, half: float) -> Stated:
+        """One figure of a take."""
+        return cls(statement, person, np.array([found - true]), np.array([half]), true=np.array([true]))
 
     def judged(self) -> Stated:
         """Only the cases with an error and a bar."""
@@ -51,48 +57,31 @@ class Stated:
     def part(self, rows: np.ndarray) -> Stated:
         """Only the cases rows, (N,) bool or their numbers."""
         known = {name: values[rows] for name, values in self.known.items()}
-        return replace(self, error=self.error[rows], half=self.half[rows], known=known)
+        true = None if self.true is None else self.true[rows]
+        return replace(self, error=self.error[rows], half=self.half[rows], known=known, true=true)
 
 
 Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
 
 
-class Case(NamedTuple):
-    """One figure of a take. found, true: in the statement's unit. half: of its 90 % bar, NaN without one. span: from
-    when to when in seconds it is of, the whole take without."""
-
-    statement: str
-    found: float
-    true: float
-    half: float
-    span: tuple[float, float] | None = None
+def by_statement(stated: Iterable[Stated]) -> dict[str, list[Stated]]:
+    """Those with a case."""
+    found: dict[str, list[Stated]] = {}
+    for each in stated:
+        if len(each.error):
+            found.setdefault(each.statement, []).append(each)
+    return found
 
 
-def of_cases(
-    cases: Iterable[Case],
-    person: str,
-    known: Callable[[tuple[float, float] | None], Mapping[str, float]] = lambda span: {},
-) -> Iterator[Stated]:
-    """What a take of that person states of each thing. known: what a run knows in the seconds of a case's span."""
-    by_statement: dict[str, list[Case]] = {}
-    for case in cases:
-        by_statement.setdefault(case.statement, []).append(case)
-    for statement, of in by_statement.items():
-        _, found, true, half, spans = zip(*of, strict=True)
-        each = [known(span) for span in spans]
-        bins = {name: np.array([one[name] for one in each]) for name in each[0]}
-        yield Stated(statement, person, np.array(found) - np.array(true), np.array(half), bins).judged()
-
-
-def summed(cases: Sequence[Case]) -> dict[str, Any]:
+def summed(takes: Sequence[Stated]) -> dict[str, Any]:
     """What a report says of one figure of many takes: {"count", "true": median, "bias": median of found less true,
     "error": Figure of its size, "inside": share of those with a bar}."""
-    found, true, half = (
-        np.array([getattr(case, name) for case in cases]) for name in ("found", "true", "half")
+    error, half, true = (
+        np.concatenate([getattr(take, name) for take in takes]) for name in ("error", "half", "true")
     )
-    error, stated = found - true, np.isfinite(half)
+    stated = np.isfinite(half)
     return {
-        "count": len(cases),
+        "count": len(error),
         "true": float(np.median(true)),
         "bias": float(np.median(error)),
         "error": Figure.of(np.abs(error)),
@@ -182,6 +171,7 @@ def joined(parts: Sequence[Stated]) -> Stated:
         error=np.concatenate([part.error for part in parts]),
         half=np.concatenate([part.half for part in parts]),
         known={name: np.concatenate([part.known[name] for part in parts]) for name in first.known},
+        true=None,
     )
 
 

@@ -9,9 +9,9 @@ ones is invented only where the captured ankles do not leave the floor.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import chain, pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from ....pipeline.core.take import Take
 from ...place.flights import GRAVITY, Flight, flown
 from ..common.metrics import Row
 from ..mocap.clips import Clip
-from .judge import Case, summed
-from .runs import EvaluationSet, Question, finished
+from .judge import Stated, summed
+from .runs import Configuration, EvaluationSet, finished
 from .testbed import SeenTake
 
 _RULE_FPS = 30.0  # that the rule for captured flights is made for
@@ -50,14 +50,13 @@ ABOUT = (
 )
 
 
-@dataclass
-class Compared:
-    """Of a take: how many `true` flights there are, which are `found`, every figure of these, how many other `hops`
-    were found, and when those that are `invented`."""
+class Compared(NamedTuple):
+    """Of a take: how many true flights there are, which of them are found, every figure of these, how many other hops
+    were found, and when those that are invented."""
 
     true: int
     found: int
-    cases: list[Case]
+    figures: list[Stated]
     hops: int
     invented: list[float]
 
@@ -89,19 +88,20 @@ def compared(take: Take, truth: SeenTake) -> Compared:
     jumps = take.figures.group("jumps")
     times = {one.number: one.value for one in jumps.repetitions("flight_time")}
     spans = [(start, start + times[i]) for i, start in enumerate(jumps.times("start"))]
-    at = [_of(true, span) for span in spans]
+    at = [next((of for of in true if start < of.land_s and of.off_s < stop), None) for start, stop in spans]
     others = [span for span, flight in zip(spans, at, strict=True) if flight is None]
     invented = [round(span[0], 2) for span in others if not _off_floor(truth, span, stature)]
-    cases = []
+    figures = []
     for statement, (name, factor) in _FIGURES.items():
         for row in jumps.repetitions(name):
             flight = at[row.number or 0]
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
                 half = SD_90 * factor * (np.nan if row.error is None else row.error)
-                cases.append(Case(statement, factor * row.value, factor * value, half))
-    found = {id(flight) for flight in at if flight is not None}
-    return Compared(len(true), len(found), cases, len(others) - len(invented), invented)
+                pair = factor * row.value, factor * value
+                figures.append(Stated.figure(statement, truth.subject, *pair, half))
+    found = {flight.off_s for flight in at if flight is not None}
+    return Compared(len(true), len(found), figures, len(others) - len(invented), invented)
 
 
 def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -> float | None:
@@ -115,44 +115,31 @@ def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -
     return time_s if name == "flight_time" else 100 * GRAVITY / 8 * time_s**2
 
 
-def _of(true: Sequence[Flight], span: tuple[float, float]) -> Flight | None:
-    return next((flight for flight in true if span[0] < flight.land_s and flight.off_s < span[1]), None)
-
-
-def rows(question: Question) -> Iterator[Row]:
-    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure): Case, with
-    "near"; ("refused",): takes that a run refuses; ("invented", take): seconds. InputError where the data is not."""
+def rows(asked: Configuration) -> Iterator[Row]:
+    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure): Stated,
+    with "near"; ("refused",): takes that a run refuses; ("invented", take): seconds. InputError where the data is
+    not."""
     for fps in (30.0, 60.0):
-        how = question.how(image=True, fps=fps)
-        of_train = finished(question, how, [_TRAIN], _flies) if question.people == "val" else ()
-        for judged in chain(finished(question, how), of_train):
-            place = ("sets", judged.label, f"{fps:g}")
-            yield ("refused",), int(judged.take is None)
-            if judged.take is None:
+        how = replace(asked, image=True, fps=fps)
+        of_train = finished(how, [_TRAIN], _flies) if asked.people == "val" else ()
+        for one in chain(finished(how), of_train):
+            place = ("sets", one.label, f"{fps:g}")
+            yield ("refused",), int(one.take is None)
+            if one.take is None:
                 continue
-            of = compared(judged.take, judged.truth)
+            of = compared(one.take, one.truth)
             counts = {"true": of.true, "found": of.found, "hops": of.hops, "invented": len(of.invented)}
             yield from (((*place, name), number) for name, number in {"takes": 1, **counts}.items())
             if of.invented:
-                yield ("invented", f"{judged.truth.clip}, {fps:g}"), ", ".join(map(str, of.invented))
-            for case in of.cases:
-                yield (*place, "figures", case.statement), case
-                if case.statement in HEIGHTS:
-                    near = abs(case.found - case.true) <= _NEAR_CM
-                    yield (*place, "figures", case.statement, "near"), float(near)
+                yield ("invented", f"{one.truth.clip}, {fps:g}"), ", ".join(map(str, of.invented))
+            for stated in of.figures:
+                yield (*place, "figures", stated.statement), stated
 
 
-def summary(values: list[Any]) -> Any:
-    """Of what stands in one place of all takes: counts are summed, and cases by judge.summed."""
-    match values[0]:
-        case Case():
-            return summed(values)
-        case float():
-            return float(np.mean(values))
-        case int():
-            return sum(values)
-        case _:
-            return values[0]
+def summary(takes: list[Stated]) -> dict[str, Any]:
+    """Of a figure of all takes; of heights also the share that is near."""
+    near = np.mean([abs(take.error[0]) <= _NEAR_CM for take in takes])
+    return summed(takes) | ({"near": float(near)} if takes[0].statement in HEIGHTS else {})
 
 
 def _flies(clip: Clip) -> bool:

@@ -16,9 +16,10 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
 from ...common.canonical import R_world_from_body
 from ...common.metrics import joint_error
+from ...lifter.features import body_rays
 from ..common.metrics import OfTake, Row, figures, procrustes_error, scaled
 from ..mocap.clips import subject_of
-from .runs import Question
+from .runs import Configuration, lifted
 from .testbed import BEDS, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
@@ -37,13 +38,14 @@ ABOUT = (
 )
 
 
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("beds", bed, "focal assumed", "SET GROUP", "lifter"): `lift_errors` of the frames of a group, a posture or a
     motion (`motion_classes`), of the takes that have such frames."""
     for bed in BEDS:
-        before = replace(question, bed=bed)
-        for people in before.sets:
-            takes = [(groups_of(take.seen), lift_errors(take)) for take in before.takes(people)]
+        for people in asked.sets:
+            takes = [
+                (groups_of(take.seen), lift_errors(take)) for take in lifted(replace(asked, bed=bed), people)
+            ]
             for group in (*_POSTURES, *CLASSES):
                 place = ("beds", bed, "focal assumed", f"{people.label} {group}", "lifter")
                 yield from ((place, of.where(groups[group])) for groups, of in takes if groups[group].any())
@@ -61,11 +63,11 @@ def lift_errors(take: LiftedTake) -> OfTake:
     """Errors of every frame in mm of the person's own size, the lift scaled to the truth in every frame (as for a
     lifter without a scale; N-MPJPE, Rhodin et al. 2018). depth, lateral, vertical: mean absolute error along the ray to
     the body, across it and level, and up."""
-    truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
-    fitted = scaled(lifted, truth)
+    truth, found = take.seen.truth, take.lifted.joints.astype(np.float64)
+    fitted = scaled(found, truth)
     errors = {
         "MPJPE": 1000 * joint_error(fitted, truth),
-        "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
+        "PA-MPJPE": 1000 * procrustes_error(found, truth),
         **_along(fitted - truth, take.seen),
     }
     return OfTake(subject_of(take.seen.clip), errors)
@@ -84,7 +86,7 @@ def summary(takes: Sequence[OfTake]) -> dict[str, dict[str, Any]]:
 
 def _along(error: np.ndarray, seen: SeenTake) -> dict[str, np.ndarray]:
     """(T,) mean absolute error in mm along the ray to the body, along up made square to it, and across both."""
-    depth = seen.R_camera_from_ray[..., 2]
+    depth = body_rays(seen.joints_camera)[..., 2]
     up = seen.up - (seen.up * depth).sum(-1, keepdims=True) * depth
     up /= np.linalg.norm(up, axis=-1, keepdims=True)
     axes = {"depth": depth, "lateral": np.cross(depth, up), "vertical": up}

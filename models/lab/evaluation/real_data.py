@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....pipeline.core.errors import InputError, readable
+from ....pipeline.core.errors import readable
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, unit
@@ -22,7 +22,6 @@ from ...common.canonical import R_world_from_body
 from ...detector.load import load_detector
 from ...detector.video import detect
 from ...gravity.lines import tangent
-from ...lifter.features import body_rays
 from ..mocap.clips import data_folder, lying
 from .testbed import SeenTake
 
@@ -54,11 +53,9 @@ def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
             joints_camera=joints,
             R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
             R_camera_from_world=R_camera_from_world,
-            R_camera_from_ray=body_rays(joints),
             lying=lying(world),
             clip=camera,
             subject="real take",
-            source=name,
         )
         yield video, truth
 
@@ -86,20 +83,11 @@ def read_limbs(folder: Path) -> np.ndarray | None:
 
 @cache
 def read_seen(path: Path) -> tuple[Video, PoseSequence]:
-    """A video and the keypoints in it; once in a process, for several reports on it."""
+    """A video, and in COCO17, IMAGE, whom the data's own detector sees in it for longest, looking as often as in a run;
+    once in a process, for several reports on it."""
     video = read_video(path)
-    return video, found_keypoints(video)
-
-
-def found_keypoints(video: Video) -> PoseSequence:
-    """COCO17 in IMAGE: whom the data's own detector sees for longest, looking as often as in a run. InputError when it
-    sees nobody."""
     found = detect(video, load_detector(data_folder() / _DETECTOR, looks=None))
-    if not len(found.person):
-        raise InputError(
-            "nothing-usable", f"Expected a person in {video.path}, but {found.method} finds nobody."
-        )
-    return choose_person(found.people(), "longest", str(video.path))
+    return video, choose_person(found.people(), "longest", str(path))
 
 
 def whole_body(limbs: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ skeletons alone and with the image. Then the same man standing still, where only
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ....pipeline.core.rotations import angle_deg, kabsch, rotate
 from ...common.metrics import joint_error, relative
 from ..common.metrics import Row, mean, scaled
 from .real_data import BALANCING, STANDING
-from .runs import Finished, Question, finished
+from .runs import Configuration, Finished, finished
 from .statements import of_frames
 
 _TAKES = {"balancing": BALANCING, "standing": STANDING}
@@ -32,49 +33,41 @@ ABOUT = (
 )
 
 
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("balancing" or "standing", "skeletons alone" or "with its image", camera): `row`, and "mean", of all cameras.
     InputError where the data is not."""
     for take, name in _TAKES.items():
         for how, image in _IMAGE.items():
-            one_by_one = {
-                one.truth.clip: row(one) for one in finished(question, question.how(image=image, real=name))
-            }
-            yield from (((take, how, camera), figures) for camera, figures in one_by_one.items())
-            yield from (((take, how, "mean"), figures) for figures in one_by_one.values())
+            of_each = {one.truth.clip: row(one) for one in finished(replace(asked, image=image, real=name))}
+            yield from (((take, how, camera), figures) for camera, figures in of_each.items())
+            yield from (((take, how, "mean"), figures) for figures in of_each.values())
 
 
 def row(one: Finished) -> dict[str, Any]:
     """One camera's figures, NaN without an answer."""
-    take, truth = one.take, one.truth
-    off = {stated.statement: stated.error for stated in of_frames(one)}
     figures: dict[str, Any] = {"levelled": 0.0, "up_deg": np.nan, "stated_deg": np.nan}
-    if take is not None:
-        rectified = take.need("rectified")
+    if one.take is not None:
+        rectified = one.take.need("rectified")
         figures = {
             "levelled": float(rectified.level_ok),
-            "up_deg": float(angle_deg(rectified.R_source_from_level[..., 2], truth.up).mean()),
+            "up_deg": float(angle_deg(rectified.R_source_from_level[..., 2], one.truth.up).mean()),
             "stated_deg": mean(rectified.up_error_deg),
         }
-    if np.isfinite(truth.truth[:, _LIMB_ROWS]).all():
-        figures["rigid_mm"] = np.nan if take is None else rigid_mm(one)
-        none = np.full(1, np.nan)
-        errors = {angle: off.get(angle, none) for angle in _ANGLES}
-        figures |= {
-            angle: {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
-            for angle, error in errors.items()
-        }
+    if np.isfinite(one.truth.truth[:, _LIMB_ROWS]).all():
+        figures["rigid_mm"] = np.nan if one.take is None else rigid_mm(one)
+        off = {stated.statement: stated.error for stated in of_frames(one)}
+        for angle in _ANGLES:
+            error = off.get(angle, np.full(1, np.nan))
+            figures[angle] = {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
     return figures
 
 
 def rigid_mm(one: Finished) -> float:
     """Mean distance of the limbs' joints, both bodies relative to the mid-hips, after the best rotation and scale for
     the take, whichever way is up."""
-    assert one.take is not None
-    poses = one.take.need("poses")
     found, true = (
         relative(joints.astype(np.float64))[:, _LIMB_ROWS]
-        for joints in (poses.joints, one.truth.truth[poses.frame_index])
+        for joints in (one.done.need("poses").joints, one.truth.truth[one.rows])
     )
     R_true_from_found = kabsch(true.reshape(-1, 3), found.reshape(-1, 3))
     return mean(1000 * joint_error(scaled(rotate(R_true_from_found, found), true, "take"), true))

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
 from ..common.metrics import OfTake, Row, every_value, figures, procrustes_error, scaled, sorting
 from ..mocap.clips import Clip, lying, subject_of
 from ..synthetic.views import Targets, View, seen, views
-from .runs import EvaluationSet, Question
+from .runs import Configuration, EvaluationSet, lifted
 
 ABOUT = (
     "Frames, p50 / mean / p95: degrees and mm; by person: the mean over frames, in brackets 90 % of the means over "
@@ -104,32 +104,31 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
     return takes
 
 
-def lifted(question: Question, of: EvaluationSet) -> list[Take]:
-    """The test bed's takes, frames without a lift or a heading left out."""
-    takes = []
-    for take in question.takes(of):
-        seen_, joints = take.seen, take.lifted.joints
-        finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
-        fine = np.asarray(finite.all(axis=(1, 2)))
-        if fine.any():
-            whole = Take(joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, subject_of(seen_.clip))
-            takes.append(whole.some(fine))
-    return takes
-
-
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("rectifiers", method, "rows", set): `compare` of the frames of people that the shipped networks never saw,
     lifted and clean, upright and lying."""
-    for label, takes in _sets(question):
-        for rectifier in question.rectifiers:
+    for label, takes in _sets(asked):
+        for rectifier in asked.rectifiers:
             for take, errors in zip(takes, judge(rectifier, takes), strict=True):
                 for pose, lies in (("upright", False), ("lying", True)):
                     place = ("rectifiers", rectifier.method, "rows", f"{label}, {pose}")
                     yield place, errors.where(take.lying == lies)
 
 
-def _sets(question: Question) -> Iterator[tuple[str, list[Take]]]:
-    for people in question.sets:
-        yield f"{people.label}, lifted", lifted(question, people)
-        yield f"{people.label}, clean, paper's views", clean_takes(people.clips(), "paper", question.seed)
-        yield f"{people.label}, clean, wide views", clean_takes(people.clips(), "wide", question.seed)
+def _sets(asked: Configuration) -> Iterator[tuple[str, list[Take]]]:
+    for people in asked.sets:
+        yield f"{people.label}, lifted", lifted_takes(asked, people)
+        yield f"{people.label}, clean, paper's views", clean_takes(people.clips(), "paper", asked.seed)
+        yield f"{people.label}, clean, wide views", clean_takes(people.clips(), "wide", asked.seed)
+
+
+def lifted_takes(asked: Configuration, of: EvaluationSet) -> list[Take]:
+    """The test bed's takes, frames without a lift or a heading left out."""
+    takes = []
+    for take in lifted(asked, of):
+        truth, joints = take.seen, take.lifted.joints
+        whole = Take(joints, truth.truth, truth.R_camera_from_body, truth.lying, subject_of(truth.clip))
+        fine = np.asarray(is_finite(joints).all(axis=1) & is_finite(whole.R).all(axis=1))
+        if fine.any():
+            takes.append(whole.some(fine))
+    return takes

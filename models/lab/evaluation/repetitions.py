@@ -20,7 +20,7 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.take import Take
 from ..common.metrics import Row
-from .runs import Configuration, EvaluationSet, Question, finished
+from .runs import Configuration, EvaluationSet, finished
 
 LABELS = Path(__file__).with_name("movements.json")
 _NEAR_S = 0.15
@@ -43,16 +43,13 @@ class Series(NamedTuple):
     off_s: list[tuple[float, float]]
 
 
-def summary(values: list[Any]) -> Any:
-    """Of what stands in one place; of series what ABOUT says."""
-    if not isinstance(values[0], Series):
-        return values[0]
+def summary(values: list[Series]) -> dict[str, Any]:
+    """What ABOUT says of them."""
     right, movements, off_s = zip(*values, strict=True)
     off = np.abs(np.array([pair for pairs in off_s for pair in pairs]).reshape(-1, 2))
     begin, end = (off <= _NEAR_S).mean(axis=0) if len(off) else (np.nan, np.nan)
-    times = {
-        "found": len(off) / sum(movements) if sum(movements) else np.nan, "begin": float(begin), "end": float(end),
-    }  # fmt: skip
+    found = len(off) / sum(movements) if sum(movements) else np.nan
+    times = {"found": found, "begin": float(begin), "end": float(end)}
     return {
         "series": len(right), "movements": sum(movements), "counts": float(np.mean(right)),
         **{name: value for name, value in times.items() if np.isfinite(value)},
@@ -75,7 +72,7 @@ def judge(labelled: Spans, found: Spans) -> Series:
     return Series(len(labelled) == len(found), len(labelled), off_s)
 
 
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("judged", poses, movement): Series, and ("wrong", "poses, take, movement"): "labelled, found". InputError where
     the data is not."""
     labels: dict[str, dict[str, Spans]] = json.loads(LABELS.read_text(encoding="utf-8"))
@@ -85,18 +82,15 @@ def rows(question: Question) -> Iterator[Row]:
             "nothing-usable",
             f"Expected the labelled take {missing[0]} in the motion capture; set PCNET3D_DATA.",
         )
-    for poses, how in {
-        "captured": Configuration(lifter="", up_told=True),
-        "lifted": question.how(image=True),
-    }.items():
-        for seed in range(_CAMERAS if how.lifter else 1):
-            for one in finished(replace(question, seed=seed), how, _SETS, lambda clip: clip.name in labels):
-                for movement, labelled in labels[one.truth.clip].items():
-                    spans = [] if one.take is None else found_in(one.take, movement)
-                    series = judge(labelled, spans)
-                    yield ("judged", poses, movement.split(".")[0]), series
-                    yield ("judged", poses, "all"), series
-                    if not series.right:
-                        camera = f" before camera {seed}" if how.lifter else ""
-                        key = f"{poses}{camera}, {one.truth.clip}, {movement}"
-                        yield ("wrong", key), f"{len(labelled)}, {len(spans)}"
+    lifted = (("lifted", replace(asked, image=True, seed=seed)) for seed in range(_CAMERAS))
+    for poses, how in (("captured", Configuration(lifter="", up_told=True)), *lifted):
+        for one in finished(how, _SETS, lambda clip: clip.name in labels):
+            for movement, labelled in labels[one.truth.clip].items():
+                spans = [] if one.take is None else found_in(one.take, movement)
+                series = judge(labelled, spans)
+                yield ("judged", poses, movement.split(".")[0]), series
+                yield ("judged", poses, "all"), series
+                if not series.right:
+                    camera = f" before camera {how.seed}" if how.lifter else ""
+                    key = f"{poses}{camera}, {one.truth.clip}, {movement}"
+                    yield ("wrong", key), f"{len(labelled)}, {len(spans)}"

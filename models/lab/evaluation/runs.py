@@ -1,5 +1,4 @@
-"""What a report is asked, and what it judges: whose takes before what cameras, lifted by what; and finished takes with
-their truth, in every configuration that a run can have.
+"""What a report is asked and a run can have, and finished takes with their truth.
 
 A finished take is what `pcnet3d run` leaves before it writes files: the stages of the default recipe, from keypoints of
 the test bed on, or of a real video with truth, so that what is judged is what a user gets. Other lifters than the
@@ -9,10 +8,11 @@ built-in one are those of other packages and files, or simulated.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -21,16 +21,19 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.pose import MadeBy, package_version
-from ....pipeline.core.take import CameraMotion, Take, Told
+from ....pipeline.core.pose import MadeBy
+from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.core.take import CameraMotion, Take, Told, Video
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
-from ...angle_error.posture import features, growth
+from ...angle_error.posture import features, growth, posture
+from ...angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
 from ...common.metrics import relative
 from ...gravity.view import camera_of, known_camera
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
-from ..synthetic.cameras import ViewRange
+from ..synthetic.bodies import BodyRange
+from .judge import BINS, Stated
 from .real_data import real_takes
 from .testbed import (
     BEDS,
@@ -38,8 +41,9 @@ from .testbed import (
     Bed,
     LiftedTake,
     SeenTake,
-    lifted_takes,
-    posed,
+    arms_raised,
+    laid_down,
+    lifted_by,
     see,
     seen_from,
     simulated_look,
@@ -48,6 +52,7 @@ from .testbed import (
 _LOOK_EVERY = 10  # frames of a moving camera whose image is asked for up
 _ANSWERED = 0.8  # share of them that tells it
 _FILES = ("record", "export", "report")  # stages that only write
+_REACHED = 0.8  # share of a figure's frames below the posture and the speed that it is judged by
 
 Sets = Literal["test", "val", "tennis", "cmu"]
 
@@ -62,7 +67,7 @@ class EvaluationSet:
 
     def clips(self) -> tuple[Clip, ...]:
         """The motion capture of the set; InputError where the data is not, or no take of it is long enough."""
-        clips = tuple(clip for clip in read_clips(self.subjects) if self.has(clip))
+        clips = tuple(clip for clip in read_clips(self.subjects) if self.of in (None, data_set(clip)))
         if not any(len(clip) >= MIN_FRAMES for clip in clips):
             raise InputError(
                 "nothing-usable",
@@ -70,9 +75,6 @@ class EvaluationSet:
                 "none; set PCNET3D_DATA to a folder that has one.",
             )
         return clips
-
-    def has(self, clip: Clip) -> bool:
-        return self.of is None or data_set(clip) == self.of
 
 
 _CMU_TEST = EvaluationSet("CMU test", "test")
@@ -91,126 +93,181 @@ EVALUATION_SETS: dict[Sets, tuple[EvaluationSet, ...]] = {
 
 
 @dataclass(frozen=True)
-class Question:
-    """What every report is asked. rectifiers: those that are judged. lifter: what lifts (lifter.builtin.lifted).
-    seed: of cameras and detectors. people: whose takes, before the cameras of `bed`; None for a report on other data.
-    """
-
-    rectifiers: tuple[Rectifier, ...] = ()
-    lifter: str | Path = "pcnet3d"
-    seed: int = 0
-    people: Sets | None = "val"
-    bed: Bed = "wild"
-
-    @property
-    def sets(self) -> tuple[EvaluationSet, ...]:
-        return EVALUATION_SETS[self.people] if self.people else ()
-
-    @property
-    def views(self) -> ViewRange:
-        return BEDS[self.bed]
-
-    def takes(self, of: EvaluationSet) -> Iterator[LiftedTake]:
-        """The set's lifted takes (testbed.lifted_takes), counted on the screen."""
-        takes = lifted_takes(of.subjects, self.seed, model=self.lifter, views=self.views, only=of.has)
-        yield from each(takes, f"{of.label} takes", len(of.clips()))
-
-    def how(self, **changes: Any) -> Configuration:
-        """A run by the lifter that is judged, before the cameras of `bed`. changes: as Configuration has them."""
-        return Configuration(lifter=str(self.lifter), bed=self.bed, **changes)
-
-    def heading(self) -> dict[str, Any]:
-        """What reports say first: versions and settings; the seed and the cameras of those that have them."""
-        said = {"pcnet3d": package_version(), "lifter": str(self.lifter)}
-        return said | ({"seed": self.seed, "bed": self.bed} if self.people else {})
-
-
-@dataclass(frozen=True)
 class Configuration:
-    """What a run can have. image: an image tells up, as well as rendered rooms do (testbed.simulated_look).
-    up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
-    cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
+    """What a report is asked, and what a run can have. people: whose takes; seed: of cameras and detectors. lifter: of
+    load_lifter, or "" for the captured joints themselves, measured. bed: the cameras; camera: whether they stand still
+    or follow the person. rectifiers: those that are judged by themselves. image: an image tells up, as well as rendered
+    rooms do (testbed.simulated_look). up_told: the user tells it. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
     filmed. real: the name of a take before four real cameras (real_data.py), in place of virtual takes; then the image
     is the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
-    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). pose: of
-    testbed.POSES, that bodies are put in."""
+    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). arms_raised: as
+    testbed.arms_raised has the bodies. bodies: with other proportions, for training. laid: of so large a share of the
+    clips only, whose bodies lie (testbed.laid_down)."""
 
-    image: bool = False
-    camera: CameraMotion = "static"
-    up_told: bool = False
+    people: Sets = "val"
+    seed: int = 0
     lifter: str = "pcnet3d"
     bed: Bed = "wild"
+    camera: CameraMotion = "static"
+    rectifiers: tuple[Rectifier, ...] = ()
+    image: bool = False
+    up_told: bool = False
     fps: float = 30.0
     focal_known: bool = False
     side: str = ""
     real: str = ""
     errors: Path | None = None
     unsuspected: float = 1.0
-    pose: str = ""
+    arms_raised: bool = False
+    bodies: BodyRange | None = None
+    laid: float = 0.0
+
+    @property
+    def sets(self) -> tuple[EvaluationSet, ...]:
+        return EVALUATION_SETS[self.people]
 
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """One take. take: as a run leaves it, or None where it ends with `reason`. truth: what is true of it. label: of the
+    """One take. take: as a run leaves it, or None of one that it refuses. truth: what is true of it. label: of the
     set."""
 
     take: Take | None
     truth: SeenTake
     label: str
-    reason: str = ""
-    configuration: Configuration = Configuration()
+    asked: Configuration = Configuration()
+
+    @property
+    def done(self) -> Take:
+        """The take of one that was not refused, as is all that follows but `levelled`."""
+        assert self.take is not None
+        return self.take
+
+    @property
+    def levelled(self) -> bool:
+        return self.take is not None and self.take.need("rectified").level_ok
+
+    @property
+    def lifted(self) -> bool:
+        """Whether its poses are a lifter's."""
+        return self.done.need("poses").made_by.kind == "estimated"
+
+    @property
+    def static(self) -> bool:
+        return self.truth.up.ndim == 1
+
+    @property
+    def rows(self) -> np.ndarray:
+        """(T,) of the truth that the take has."""
+        return self.done.need("poses").frame_index
+
+    @property
+    def times(self) -> np.ndarray:
+        """(T,) seconds of the take."""
+        return self.done.need("poses").times
+
+    @cached_property
+    def stances(self) -> dict[str, np.ndarray]:
+        """{name of FEATURES, "r_arm", "l_arm", "posture": (T,)} of each frame's body, as the run has it (posture.py),
+        NaN of a body that is not turned."""
+        rectified = self.done.need("rectified")
+        R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
+        of = features(rotate(R_body_from_level, self.done.need("filtered").joints), self.times)
+        return {**of, "posture": np.where(np.isfinite(of["lean"]), posture(of), np.nan)}
+
+    @property
+    def bins(self) -> dict[str, np.ndarray]:
+        """What cases are judged apart by: (T,) each frame's place in POSTURES and its speed."""
+        return {name: self.stances[name] for name in BINS}
+
+    def reached(self, span: tuple[float, float] = (-np.inf, np.inf)) -> dict[str, np.ndarray]:
+        """`reached` in these seconds."""
+        return reached(self.bins, (self.times >= span[0]) & (self.times <= span[1]))
+
+    @cached_property
+    def true_angles(self) -> dict[str, AngleSeries]:
+        """Of every frame of the truth."""
+        joints = smoothed(self.truth.truth, self.truth.keypoints.times)
+        return take_angles(TakeJoints(self.truth.truth, joints, self.truth.R_camera_from_body))
+
+    def stated(
+        self,
+        statement: str,
+        error: np.ndarray,
+        half: np.ndarray,
+        known: Mapping[str, np.ndarray] | None = None,
+    ) -> Stated:
+        """Of the frames of the take. known: `bins`, or more."""
+        return Stated(
+            statement, self.truth.subject, error, half, self.bins if known is None else known
+        ).judged()
 
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""
-        true = replace(self.configuration, lifter="", up_told=True, image=False, errors=None)
-        return recipe_of(true).build()(given(self.truth, 0, true))
+        true = replace(self.asked, lifter="", up_told=True, image=False, errors=None)
+        return recipe_of(true).build()(given(self.truth, true))
+
+
+def reached(of: Mapping[str, np.ndarray], use: np.ndarray) -> dict[str, np.ndarray]:
+    """What a figure of many frames is judged by: the posture and the speed that a fifth of them reach, in the order of
+    POSTURES, {name: (1,)}. of: of `bins`; use: which frames, (T,) bool."""
+    known = {name: values[use & np.isfinite(values)] for name, values in of.items()}
+    return {
+        name: np.quantile(values, [_REACHED], method="nearest") if len(values) else np.array([np.nan])
+        for name, values in known.items()
+    }
 
 
 def finished(
-    question: Question,
-    configuration: Configuration,
+    asked: Configuration,
     sets: Sequence[EvaluationSet] | None = None,
     only: Callable[[Clip], bool] = lambda clip: True,
 ) -> Iterator[Finished]:
-    """Every take of the question's sets, or of those given, of at least MIN_FRAMES frames, after a run in that
-    configuration; only: which of them. The cameras and the detector depend on the seed and the clip only. InputError
-    where the data is not, and for a lifter that cannot be opened; a take that a run refuses is given with the reason.
-    """
-    pipeline = recipe_of(configuration).build()
-    sets = question.sets if sets is None else sets
-    takes = (
-        _real(question, configuration)
-        if configuration.real
-        else _virtual(question, configuration, sets, only)
-    )
-    for label, truth, asked in takes:
-        take, reason = None, ""
+    """Every take of these people, or of the sets given, after a run; only: which of them. InputError where the data is
+    not, and for a lifter that cannot be opened."""
+    pipeline = recipe_of(asked).build()
+    for label, truth, video in _filmed(asked, asked.sets if sets is None else sets, only):
         try:
-            take = pipeline(asked)
-        except InputError as error:
-            reason = str(error)
-        yield Finished(take, truth, label, reason, configuration)
+            take = pipeline(given(truth, asked, video))
+        except InputError:
+            take = None
+        yield Finished(take, truth, label, asked)
 
 
-def _virtual(
-    question: Question,
-    configuration: Configuration,
-    sets: Sequence[EvaluationSet],
-    only: Callable[[Clip], bool],
-) -> Iterator[tuple[str, SeenTake, Take]]:
-    usual = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
-    for of in sets:
-        clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
-        for clip in each(clips, of.label, len(clips)):
-            views = seen_from(clip, configuration.side, usual) if configuration.side else usual
-            if views is None:
-                continue
-            moving = posed(at_rate(clip, configuration.fps), configuration.pose, question.seed)
-            truth = see(moving, question.seed, views=views)
-            truth = unsuspected(truth, configuration.unsuspected)
-            yield of.label, truth, given(truth, question.seed, configuration)
+def _filmed(
+    asked: Configuration, sets: Sequence[EvaluationSet], only: Callable[[Clip], bool]
+) -> Iterator[tuple[str, SeenTake, Video | None]]:
+    if asked.real:
+        yield from (("real take", truth, video) for video, truth in real_takes(asked.real))
+    else:
+        yield from ((of.label, truth, None) for of in sets for truth in seen_takes(asked, of, only))
+
+
+def seen_takes(
+    asked: Configuration, of: EvaluationSet, only: Callable[[Clip], bool] = lambda clip: True
+) -> Iterator[SeenTake]:
+    """Every take of the set of at least MIN_FRAMES frames before a virtual camera; cameras and the detector depend on
+    the seed and the clip only. only: which clips."""
+    usual = replace(BEDS[asked.bed], pans=float(asked.camera == "moving"))
+    clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
+    for clip in each(clips, of.label, len(clips)):
+        views = seen_from(clip, asked.side, usual) if asked.side else usual
+        moving: Clip | None = at_rate(clip, asked.fps)
+        if asked.arms_raised:
+            moving = arms_raised(moving, asked.seed)
+        if asked.laid:
+            moving = laid_down(moving, asked.seed, asked.laid)
+        if moving is not None and views is not None:
+            seen = see(moving, asked.seed, bodies=asked.bodies, views=views)
+            yield unsuspected(seen, asked.unsuspected)
+
+
+def lifted(asked: Configuration, of: EvaluationSet) -> Iterator[LiftedTake]:
+    """The set's takes, lifted and no more."""
+    for truth in seen_takes(asked, of):
+        yield LiftedTake(lifted_by(asked.lifter, truth), truth)
 
 
 def unsuspected(truth: SeenTake, times: float) -> SeenTake:
@@ -226,15 +283,6 @@ def unsuspected(truth: SeenTake, times: float) -> SeenTake:
     return replace(truth, keypoints=seen.with_(joints=joints))
 
 
-def _real(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
-    for video, truth in real_takes(configuration.real):
-        asked = given(truth, question.seed, replace(configuration, image=False)).with_(video=video)
-        if configuration.image:
-            rows = int(truth.keypoints.frame_index[0]), int(truth.keypoints.frame_index[-1])
-            asked = asked.with_(camera=camera_of(video, truth.keypoints, rows))
-        yield "real take", truth, asked
-
-
 def at_rate(clip: Clip, fps: float) -> Clip:
     """The clip at another rate, along cubic splines through the captured joints."""
     if abs(clip.fps - fps) < 1e-6:
@@ -247,43 +295,41 @@ def at_rate(clip: Clip, fps: float) -> Clip:
     return replace(clip, fps=fps, joints=joints.astype(np.float32))
 
 
-def recipe_of(configuration: Configuration) -> Recipe:
+def recipe_of(asked: Configuration) -> Recipe:
     """The default recipe as that configuration has it, from keypoints on or from poses, without files."""
     recipe = load_recipe()
     for stage in _FILES:
         recipe = recipe.without(stage)
-    if configuration.errors is not None:
-        recipe = recipe.with_options("angles", errors=configuration.errors)
-    if not configuration.lifter:
+    if asked.errors is not None:
+        recipe = recipe.with_options("angles", errors=asked.errors)
+    if not asked.lifter:
         return recipe
-    return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter)
+    return recipe.starting_with("lift").with_options("lift", lifter=asked.lifter)
 
 
-def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
-    """What a run is given: keypoints, camera and what the user tells, his stature too; or the captured joints."""
+def given(truth: SeenTake, asked: Configuration, video: Video | None = None) -> Take:
+    """What a run is given: keypoints, camera and what the user tells, his stature too; or the captured joints. video:
+    of a real take."""
     stature_m = implied_stature(truth.truth)
     told = Told(
-        camera=configuration.camera,
-        focal_px=truth.focal_px if configuration.focal_known else None,
-        gravity=tuple((-truth.up).tolist()) if configuration.up_told else None,  # type: ignore[arg-type]
+        camera=asked.camera,
+        focal_px=truth.focal_px if asked.focal_known else None,
+        gravity=tuple((-truth.up).tolist()) if asked.up_told else None,  # type: ignore[arg-type]
         image_size=truth.image_size,
         stature_m=stature_m if np.isfinite(stature_m) else None,
     )
-    camera = known_camera(truth.image_size, told.focal_px, None)
-    if configuration.image:
-        camera = replace(camera, looks=looks(truth, seed))
-    take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
-    if configuration.lifter:
+    seen, camera = truth.keypoints, known_camera(truth.image_size, told.focal_px, None)
+    if asked.image and video is not None:
+        camera = camera_of(video, seen, (int(seen.frame_index[0]), int(seen.frame_index[-1])))
+    elif asked.image:
+        camera = replace(camera, looks=looks(truth, asked.seed))
+    take = Take(truth.clip, keypoints=seen, camera=camera, told=told, video=video)
+    if asked.lifter:
         return take
+    captured = MadeBy("measured", "motion capture")
     frame = CAMERA.with_(origin="pelvis")
     return take.with_(
-        poses=truth.keypoints.with_(
-            joints=truth.truth,
-            layout=H36M17,
-            frame=frame,
-            confidence=None,
-            made_by=MadeBy("measured", "motion capture"),
-        )
+        poses=seen.with_(joints=truth.truth, layout=H36M17, frame=frame, confidence=None, made_by=captured)
     )
 
 

@@ -9,9 +9,8 @@ true angles over the same frames for ranges of motion and for repetitions of an 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -20,31 +19,29 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import SD_90, Measure, Measures
-from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose, unit
-from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, MIDLINE, continuous, near, of_both
 from ....pipeline.signals.filters import derivative
 from ...angle_error.joint_covariance import levers, turns_of
-from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from ...angle_error.posture import FEATURES, arms_of, features, posture
+from ...angle_error.joint_noise import read_noise, shipped_noise
+from ...angle_error.posture import FEATURES, arms_of
 from ...angle_error.repeatability import ends
-from ...angle_error.take_angles import TakeJoints, angle_rates, angle_series, smoothed, take_angles
+from ...angle_error.take_angles import angle_rates, angle_series
 from ..common.metrics import person_size, scaled
 from .gait import true_gait, walks
-from .judge import BINS, Case, Stated, joined, of_cases
+from .judge import Stated, by_statement, joined
 from .jumps import compared
 from .runs import Finished
-from .testbed import SeenTake, accelerations, filtered
+from .testbed import accelerations, filtered
 
 _MEAN_OF_RMS = np.sqrt(np.pi) / 2
 _UP_90, _HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
+_PELVIS = H36M17.index("pelvis")
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 # Roots of the 90 % quantiles of chi square, three and two degrees of freedom.
 _CHI_90, _RAYLEIGH_90 = 2.5003, 2.1460
 _QUANTITIES = {"": "position, m", "v": "velocity, m/s", "a": "acceleration, m/s2"}  # by prefix of the columns
-_REACHED = 0.8  # share of a figure's frames below the posture and the speed that it is judged by
-_SEEN = 0.95  # of the frames of a found range, whose truth is known
+_VISIBLE = 0.95  # of the frames of a found range, whose truth is known
 # Of walks, by the names of gait.walks.
 _OF_WALKS = {
     "stance, %": "stance_percent",
@@ -56,124 +53,91 @@ _OF_WALKS = {
     "cadence, steps/min": "cadence",
 }
 _OF_MOVEMENTS = {"mean_rise": "mean rise, deg", "mean_duration": "mean duration, s"}
-_MOVEMENTS = {
-    "knee bends": [("knee_bends",)],
-    "arm raises": [("arm_raises", side) for side in ("right", "left")],
+_MOVEMENTS = {("knee_bends",): "knee bends"} | {
+    ("arm_raises", side): "arm raises" for side in ("right", "left")
 }
 _DRIVES = {"arm_raises.right": "r_shoulder_elevation", "arm_raises.left": "l_shoulder_elevation"}
 
 
-def statements(finished: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take."""
-    yield from of_frames(finished)
-    yield from of_figures(finished)
+def statements(one: Finished) -> Iterator[Stated]:
+    """Everything that is judged of one take; nothing of one that a run refuses."""
+    yield from of_frames(one)
+    yield from of_figures(one)
 
 
-def of_frames(finished: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take's frames; nothing of one that a run refuses. One that is not levelled has
-    joints, where all are known, and a place."""
-    take, truth = finished.take, finished.truth
-    if take is None:
+def of_frames(one: Finished) -> Iterator[Stated]:
+    """Everything that is judged of one take's frames. One that is not levelled has joints, where all are known, and a
+    place."""
+    if one.take is None:
         return
-    rows = take.need("poses").frame_index
-    if take.need("poses").made_by.kind == "estimated" and is_finite(truth.truth).all():
-        yield from joints(take, truth, rows)
-    if take.need("rectified").level_ok:
-        yield up(take, truth, rows)
-        yield rotation(take, truth, rows)
-        if take.kinematics and take.need("poses").made_by.kind == "estimated":
-            errors = finished.configuration.errors
-            yield from angles(take, truth, rows, None if errors is None else read_noise(errors))
-    if take.need("poses").made_by.kind == "estimated":
-        yield from paths(take, truth, rows)
+    if one.lifted and is_finite(one.truth.truth).all():
+        yield from joints(one)
+    if one.levelled:
+        yield up(one)
+        yield rotation(one)
+        if one.lifted and one.take.kinematics:
+            yield from angles(one)
+    if one.lifted:
+        yield from paths(one)
 
 
-def stances(take: Take) -> dict[str, np.ndarray]:
-    """{name of FEATURES, "r_arm", "l_arm", "posture": (T,)} of each frame's body, as the run has it (posture.py), NaN
-    of a body that is not turned."""
-    rectified = take.need("rectified")
-    R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
-    of = features(rotate(R_body_from_level, take.need("filtered").joints), take.need("poses").times)
-    return {**of, "posture": np.where(np.isfinite(of["lean"]), posture(of), np.nan)}
-
-
-def bins(take: Take) -> dict[str, np.ndarray]:
-    """What cases are judged apart by: (T,) each frame's place in POSTURES and its speed."""
-    of = stances(take)
-    return {name: of[name] for name in BINS}
-
-
-def reached(of: Mapping[str, np.ndarray], use: np.ndarray | slice = slice(None)) -> dict[str, float]:
-    """What a figure of many frames is judged by: the posture and the speed that a fifth of them reach, in the order of
-    POSTURES. of: of `bins`; use: which frames, (T,) bool."""
-    known = {name: values[use][np.isfinite(values[use])] for name, values in of.items()}
-    return {
-        name: float(np.quantile(values, _REACHED, method="nearest")) if len(values) else np.nan
-        for name, values in known.items()
-    }
-
-
-def of_take(of: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """`reached` in the whole take, {name: (1,)}: of one case a take."""
-    return {name: np.array([value]) for name, value in reached(of).items()}
-
-
-def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
-    """One case a take before a static camera, one a frame before a moving one. rows: (T,) of the truth that the take
-    has."""
-    rectified, known = take.need("rectified"), bins(take)
-    found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(rows), 3))
-    true = np.broadcast_to(truth.up, (len(truth.lying), 3))[rows]
+def up(one: Finished) -> Stated:
+    """One case a take before a static camera, one a frame before a moving one."""
+    rectified = one.done.need("rectified")
+    found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(one.rows), 3))
+    true = np.broadcast_to(one.truth.up, (len(one.truth.lying), 3))[one.rows]
     error, half = angle_deg(found, true), rectified.up_bound_deg
-    if truth.up.ndim == 1:
-        error, half = error[:1], half[:1]
-        known = of_take(known)
-    return Stated("up", truth.subject, error, half, known).judged()
+    if one.static:
+        return one.stated("up", error[:1], half[:1], one.reached())
+    return one.stated("up", error, half)
 
 
-def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
-    """BODY's rotation. rows: (T,) as of `up`."""
-    rectified = take.need("rectified")
-    error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
-    up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
-    half = np.hypot(_UP_90 * up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
-    return Stated("BODY's rotation", truth.subject, error, half, bins(take)).judged()
+def rotation(one: Finished) -> Stated:
+    """BODY's rotation."""
+    rectified = one.done.need("rectified")
+    error = geodesic_deg(rectified.R_source_from_body, one.truth.R_camera_from_body[one.rows])
+    of_up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
+    half = np.hypot(_UP_90 * of_up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - of_up**2))
+    return one.stated("BODY's rotation", error, half)
 
 
-def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+def joints(one: Finished) -> Iterator[Stated]:
     """Joints relative to the pelvis, in the camera's axes: the length of their error in standard deviations of their
-    covariance; and what it is fitted by, their errors along the ray to the body and across it. rows: (T,) as of `up`;
-    none of a take without such a covariance."""
-    filtered, R = take.need("filtered"), take.need("rectified").R_source_from_level
-    own, turning = take.need("rectified").level.covariance, turns_of(take)
+    covariance; and what it is fitted by, their errors along the ray to the body and across it. None of a take without
+    such a covariance."""
+    filtered, rectified = one.done.need("filtered"), one.done.need("rectified")
+    own, turning = rectified.level.covariance, turns_of(one.done)
     if filtered.covariance is None or own is None or turning is None:
         return
-    found, true = filtered.joints.astype(np.float64), rotate(transpose(R), truth.truth[rows])
+    R = transpose(rectified.R_source_from_level)
+    found, true = filtered.joints.astype(np.float64), rotate(R, one.truth.truth[one.rows])
     lengths = (np.linalg.norm(x[:, _AWAY], axis=-1) for x in (scaled(found, true, "take"), found))
     size = float(np.nanmedian(np.divide(*lengths)))
     error = size * found[:, _AWAY] - true[:, _AWAY]
     covariance = size**2 * filtered.covariance[:, _AWAY].astype(np.float64)
     fine = is_finite(covariance.reshape(*error.shape[:2], 9)) & is_finite(error)
+
+    def of_each(values: np.ndarray) -> np.ndarray:
+        """Those of the fine joints, of values of frames (T,)."""
+        return np.broadcast_to(values[:, None], fine.shape)[fine]
+
     ray = np.broadcast_to(turning.ray[:, None], error.shape)[fine]
     reach = np.linalg.norm(found[:, _AWAY], axis=-1) / implied_stature(filtered.joints)
+    bins = {name: of_each(values) for name, values in one.bins.items()}
+    pitch, focal = of_each(turning.pitch), of_each(turning.focal)
     known = {
         "stated": np.sqrt(np.einsum("tjii->tj", covariance))[fine],
         "reach": reach[fine],
-        **{
-            name: np.broadcast_to(values[:, None], fine.shape)[fine]
-            for name, values in (
-                ("pitch", turning.pitch),
-                ("off the axis", turning.focal),
-                *bins(take).items(),
-            )
-        },
+        "pitch": pitch,
+        "off the axis": focal,
+        **bins,
     }
     error, covariance = error[fine], covariance[fine]
     solved = np.linalg.solve(covariance, error[..., None])[..., 0]
     distance = np.sqrt(np.maximum((solved * error).sum(-1), 0))
-    stands = {name: known[name] for name in BINS}
-    yield Stated("joints", truth.subject, distance, np.full(len(distance), _CHI_90), stands).judged()
+    yield one.stated("joints", distance, np.full(len(distance), _CHI_90), bins)
     lever = size**2 * levers(filtered.joints, turning.ray)[:, _AWAY][fine]
+    own = size**2 * own[:, _AWAY][fine]
     along = (error * ray).sum(-1)
     off = np.sqrt(np.maximum((error**2).sum(-1) - along**2, 0))
     for statement, miss, factor, part in (
@@ -181,14 +145,9 @@ def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
         ("joints across", off, _RAYLEIGH_90, _across),
     ):
         square = part(lever, ray)
-        parts = {
-            "own": part(size**2 * own[:, _AWAY][fine], ray),
-            "by focal": square * known["off the axis"] ** 2,
-            "by pitch": square * known["pitch"] ** 2,
-        }
-        half = factor * np.sqrt(part(covariance, ray))
+        parts = {"own": part(own, ray), "by focal": square * focal**2, "by pitch": square * pitch**2}
         squares = {name: factor**2 * each for name, each in parts.items()}
-        yield Stated(statement, truth.subject, miss, half, {**known, **squares}).judged()
+        yield one.stated(statement, miss, factor * np.sqrt(part(covariance, ray)), {**known, **squares})
 
 
 def _along(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
@@ -201,117 +160,91 @@ def _across(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
     return (np.einsum("nii->n", covariance) - _along(covariance, ray)) / 2
 
 
-def angles(
-    take: Take, truth: SeenTake, rows: np.ndarray, noise: JointNoise | None = None
-) -> Iterator[Stated]:
+def angles(one: Finished) -> Iterator[Stated]:
     """Every angle and its rate, both sides together; `noise`, `tilt` and `model` are what their errors are made of,
-    before their factors (JointNoise.whole, of_rate), the posture what angles' grow with. rows: (T,) as of `up`; noise:
-    by which they are stated."""
-    noise = shipped_noise() if noise is None else noise
-    columns, time_s = take.kinematics or {}, truth.keypoints.times
+    before their factors (JointNoise.whole, of_rate), the posture what angles' grow with."""
+    take, of, rows = one.done, one.stances, one.rows
+    noise = shipped_noise() if one.asked.errors is None else read_noise(one.asked.errors)
     plain = replace(noise, factors={}, tilts={}, more={}, postures={})
-    of = stances(take)
-    stands = {name: of[name] for name in (*FEATURES, "posture")}
     parts_of, _, faster = angle_series(
         take.need("poses"), take.need("rectified"), take.need("filtered"), plain
     )
-    R = truth.R_camera_from_body
-    true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
-    true_rates = angle_rates(true, time_s)
-    parts: dict[str, list[Stated]] = {}
+    true_rates = angle_rates(one.true_angles, one.truth.keypoints.times)
+    columns, parts = take.need("kinematics"), list[Stated]()
     for name in ANGLES:
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
-        use = (true[name].reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE)
-        both, raw = of_both(name), parts_of[name]
-        use &= np.isfinite(raw.noise_deg)
-        error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
-        known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg, **stands}
-        known["arms"] = of[arms_of(name)]
-        parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
+        true, raw = one.true_angles[name], parts_of[name]
+        use = (true.reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE) & np.isfinite(raw.noise_deg)
+        error = np.where(use, near(value - true.value_deg[rows], 0.0), np.nan)
+        known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
+        known |= {each: of[each] for each in (*FEATURES, "posture")} | {"arms": of[arms_of(name)]}
+        parts.append(one.stated(of_both(name), error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
-        known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate, faster)}
-        known |= {"faster": faster, **{name: of[name] for name in BINS}}
-        of_rate = f"rate of {both}"
-        parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
-    for sides in parts.values():
-        yield joined(sides).judged()
+        model = noise.of_model(name, rate_sd, rate, faster)
+        known = {"rate": np.abs(rate), "model": model, "faster": faster, **one.bins}
+        parts.append(one.stated(f"rate of {of_both(name)}", error, SD_90 * rate_sd, known))
+    yield from map(joined, by_statement(parts).values())
 
 
-def paths(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
-    """Everything of lifted poses in metres; motions before a static camera, for one that pans turns them. rows: (T,) as
-    of `up`."""
-    camera = take.need("camera")
+def paths(one: Finished) -> Iterator[Stated]:
+    """Everything of lifted poses in metres; motions before a static camera, for one that pans turns them."""
+    camera = one.done.need("camera")
     if camera.focal_source != "told":
-        off = np.array([1 - truth.focal_px / camera.focal_px])
+        off = np.array([1 - one.truth.focal_px / camera.focal_px])
         half = np.array([SD_90 * camera.focal_sd_px / camera.focal_px])
-        yield Stated("focal length, %", truth.subject, 100 * off, 100 * half, of_take(bins(take)))
-    poses = take.need("poses")
-    if poses.root is not None:
-        yield from place(poses, truth, rows, bins(take))
-        for each in take.notices:
+        yield one.stated("focal length, %", 100 * off, 100 * half, one.reached())
+    root = one.done.need("poses").root
+    if root is not None:
+        yield from place(one)
+        for each in one.done.notices:
             if each.code == "placed":
-                yield frame_by_frame(poses, truth, rows, each.values["within"], bins(take))
-    if take.need("rectified").level_ok and truth.up.ndim == 1:
-        yield from motions(take, truth, rows)
+                off = frame_by_frame(root, one.truth.joints_camera[one.rows, _PELVIS])
+                half = np.full(len(off), each.values["within"])
+                yield one.stated("pelvis from frame to frame, m", off, half)
+    if one.levelled and one.static:
+        yield from motions(one)
 
 
-def place(
-    poses: PoseSequence, truth: SeenTake, rows: np.ndarray, known: Mapping[str, np.ndarray]
-) -> Iterator[Stated]:
+def place(one: Finished) -> Iterator[Stated]:
     """The pelvis from the camera along the ray to it and across, frame by frame, and the size of the body, which moves
-    it all. rows: (T,) as of `up`; known: of `bins`."""
-    path = poses.path
+    it all."""
+    poses, truth = one.done.need("poses"), one.truth
+    path, true = poses.path, truth.joints_camera[one.rows, _PELVIS]
     assert path is not None
     assert path.covariance is not None
-    true = truth.joints_camera[rows, H36M17.index("pelvis")]
     along = unit(true)
     right = unit(np.cross(along, [0.0, 1.0, 0.0]))
-    axes = {"along": [along], "across": [right, np.cross(right, along)]}
-    for way, directions in axes.items():
-        parts = [
-            Stated(
-                f"pelvis {way} the ray, m",
-                truth.subject,
-                ((path.points - true) * axis).sum(axis=1),
-                SD_90 * np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis)),
-                known,
-            )
-            for axis in directions
-        ]
-        yield joined(parts).judged()
+    for way, axes in {"along": [along], "across": [right, np.cross(right, along)]}.items():
+        parts = []
+        for axis in axes:
+            sd = np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis))
+            off = ((path.points - true) * axis).sum(axis=1)
+            parts.append(one.stated(f"pelvis {way} the ray, m", off, SD_90 * sd))
+        yield joined(parts)
     if path.shared is not None:
         lifted = poses.joints.astype(np.float64)
-        size = person_size(lifted) / person_size(scaled(lifted, truth.truth[rows], "take"))
-        half = np.array([100 * SD_90 * path.shared[0]])
-        yield Stated(
-            "body's size, %", truth.subject, np.array([100 * (size - 1)]), half, of_take(known)
-        ).judged()
+        size = person_size(lifted) / person_size(scaled(lifted, truth.truth[one.rows], "take"))
+        off, half = np.array([100 * (size - 1)]), np.array([100 * SD_90 * path.shared[0]])
+        yield one.stated("body's size, %", off, half, one.reached())
 
 
-def frame_by_frame(
-    poses: PoseSequence, truth: SeenTake, rows: np.ndarray, within: float, known: Mapping[str, np.ndarray]
-) -> Stated:
-    """What a run says of its frames: that each is so near to the true place but for the whole path's size and what the
-    focal length does to all depths, of which it says how wrong they are beside. rows: (T,) as of `up`; known: of
-    `bins`."""
-    assert poses.root is not None
-    there = is_finite(poses.root)
-    found, true = poses.root[there], truth.joints_camera[rows, H36M17.index("pelvis")][there]
+def frame_by_frame(found: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """(T,) metres by which pelvises (T, 3) are off, but for the whole path's size and what the focal length does to all
+    depths, of which a run says how wrong they are beside; NaN of frames without one."""
+    there = is_finite(found)
     parts = np.stack([found, found * [0.0, 0.0, 1.0]], axis=-1)
-    best = np.linalg.lstsq(parts.reshape(-1, 2), true.ravel(), rcond=None)[0]
-    off = np.linalg.norm(parts @ best - true, axis=1)
-    known = {name: values[there] for name, values in known.items()}
-    return Stated("pelvis from frame to frame, m", truth.subject, off, np.full(len(off), within), known)
+    best = np.linalg.lstsq(parts[there].reshape(-1, 2), true[there].ravel(), rcond=None)[0]
+    return np.linalg.norm(parts @ best - true, axis=1)
 
 
-def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+def motions(one: Finished) -> Iterator[Stated]:
     """Positions, velocities and accelerations of wrists and ankles from the pelvis, each axis of LEVEL a case, of
-    upright frames. The truth is turned into the LEVEL that was found: how wrong its up is has an error of its own.
-    rows: (T,) as of `up`."""
-    columns, known = take.need("kinematics"), bins(take)
-    true = rotate(transpose(take.need("rectified").R_source_from_level), truth.truth)[rows]
-    time_s, upright = truth.keypoints.times[rows], ~truth.lying[rows]
+    upright frames. The truth is turned into the LEVEL that was found: how wrong its up is has an error of its own."""
+    columns, rows = one.done.need("kinematics"), one.rows
+    R = transpose(one.done.need("rectified").R_source_from_level)
+    true = rotate(R, one.truth.truth)[rows]
+    time_s, upright = one.truth.keypoints.times[rows], ~one.truth.lying[rows]
     if not is_finite(true).all():
         return
     signals = {"": true, "v": derivative(filtered(true, time_s), time_s), "a": accelerations(true, time_s)}
@@ -323,54 +256,41 @@ def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
                     column = f"{joint}_{prefix}{axis}"
                     error = columns[column] - signals[prefix][:, H36M17.index(joint), i]
                     half = SD_90 * columns.get(f"{column}_sd", np.full(len(rows), np.nan))
-                    error = np.where(upright, error, np.nan)
-                    parts.append(Stated(f"{part} {quantity}", truth.subject, error, half, known))
-            yield joined(parts).judged()
+                    parts.append(one.stated(f"{part} {quantity}", np.where(upright, error, np.nan), half))
+            yield joined(parts)
 
 
-def of_figures(finished: Finished) -> Iterator[Stated]:
+def of_figures(one: Finished) -> Iterator[Stated]:
     """Every figure with an error whose truth is known; nothing of a take that a run refuses or cannot level."""
-    take, truth = finished.take, finished.truth
-    if take is None or not take.need("rectified").level_ok:
+    if not one.levelled:
         return
-    lifted, static = take.need("poses").made_by.kind == "estimated", truth.up.ndim == 1
-    cases = [*compared(take, truth).cases]
-    if static:
-        of_walks = {case.statement: case for case in walks(take, truth, true_gait(truth))}
-        found = {statement: of_walks.get(name) for statement, name in _OF_WALKS.items()}
-        cases += [
-            case._replace(statement=statement)
-            for statement, case in found.items()
-            if case is not None and np.isfinite(case.half)
-        ]
-    if lifted and static:
-        cases += movements(finished, take)
-    if lifted and take.kinematics:
-        cases += within(take, true_angles(truth, take.need("poses").frame_index))
-    yield from of_cases(cases, truth.subject, partial(during, bins(take), take.need("poses").times))
+    every = compared(one.done, one.truth).figures
+    if one.static:
+        of_walks = {each.statement: each for each in walks(one, true_gait(one.truth))}
+        named = {statement: of_walks.get(name) for statement, name in _OF_WALKS.items()}
+        every += [replace(each, statement=name) for name, each in named.items() if each is not None]
+    if one.lifted and one.static:
+        every += movements(one)
+    if one.lifted and one.done.kinematics:
+        every += within(one)
+    whole = one.reached()
+    known = (each if each.known else replace(each, known=whole) for each in every)
+    yield from map(joined, by_statement(each.judged() for each in known).values())
 
 
-def during(
-    of: Mapping[str, np.ndarray], time_s: np.ndarray, span: tuple[float, float] | None
-) -> dict[str, float]:
-    """`reached` in these seconds at times (T,), or in the whole take."""
-    start, stop = span or (-np.inf, np.inf)
-    return reached(of, (time_s >= start) & (time_s <= stop))
-
-
-def movements(finished: Finished, take: Take) -> Iterator[Case]:
+def movements(one: Finished) -> Iterator[Stated]:
     """Peaks of repetitions that are true ones too, and means where each true one is found, and no other. Of static
     cameras, for nobody knows the true figures of others."""
-    every = [(movement, names) for movement, groups in _MOVEMENTS.items() for names in groups]
-    if not any(take.figures.group(*names).spans for _, names in every):
+    if not any(one.done.figures.group(*names).spans for names in _MOVEMENTS):
         return
-    true = finished.captured().figures
-    for movement, names in every:
-        found = take.figures.group(*names)
+    true = one.captured().figures
+    for names, movement in _MOVEMENTS.items():
+        found = one.done.figures.group(*names)
         for figure, row, truth in same_rows(found, true.group(*names)):
             half = np.nan if row.error is None else SD_90 * row.error
-            span = found.spans[row.number] if row.number is not None else None
-            yield Case(f"{movement}: {figure}", row.value, truth.value, half, span)
+            known = one.reached() if row.number is None else one.reached(found.spans[row.number])
+            of = Stated.figure(f"{movement}: {figure}", one.truth.subject, row.value, truth.value, half)
+            yield replace(of, known=known)
 
 
 def same_rows(found: Measures, true: Measures) -> Iterator[tuple[str, Measure, Measure]]:
@@ -413,61 +333,54 @@ class Repeated(NamedTuple):
     mdc90: float
 
 
-def true_angles(truth: SeenTake, rows: np.ndarray) -> dict[str, np.ndarray]:
-    """{angle: (T,) degrees} of the truth at these rows (T,) of it, NaN where there is none."""
-    joints = smoothed(truth.truth, truth.keypoints.times)
-    series = take_angles(TakeJoints(truth.truth, joints, truth.R_camera_from_body))
-    return {name: series[name].value_deg[rows] for name in ANGLES}
-
-
-def within(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Case]:
-    """Ranges of motion, right less left, and one repetition less another. true: (T,) of `true_angles`."""
-    every = ranges(take, true)
+def within(one: Finished) -> Iterator[Stated]:
+    """Ranges of motion, right less left, and one repetition less another."""
+    every, person = ranges(one), one.truth.subject
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
         for side in of:
-            yield Case(f"range of {both}", side.found, side.true, SD_90 * side.error)
-        index = take.figures.group("symmetry", both).figure("symmetry_index")
+            yield Stated.figure(f"range of {both}", person, side.found, side.true, SD_90 * side.error)
+        index = one.done.figures.group("symmetry", both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             right, left = of
             size = (right.found + left.found) / 2  # an index in degrees, for that of small ranges has none
-            off, true_off = right.found - left.found, right.true - left.true
+            pair = right.found - left.found, right.true - left.true
             half = SD_90 * index.error / 100 * size
-            yield Case(f"right less left range of {both}", off, true_off, half)
-    for pair in repetitions(take, true):
-        off = float(near(np.array(pair.found[0] - pair.found[1] - pair.true[0] + pair.true[1]), 0.0))
-        yield Case("peak less peak", off, 0.0, pair.mdc90)
+            yield Stated.figure(f"right less left range of {both}", person, *pair, half)
+    for two in repetitions(one):
+        off = float(near(np.array(two.found[0] - two.found[1] - two.true[0] + two.true[1]), 0.0))
+        yield Stated.figure("peak less peak", person, off, 0.0, two.mdc90)
 
 
-def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
-    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it. true:
-    (T,) of `true_angles`."""
-    columns, every = take.kinematics or {}, {}
+def ranges(one: Finished) -> dict[str, Ranged]:
+    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it."""
+    columns, every = one.done.kinematics or {}, {}
     for name in ANGLES:
-        row = take.figures.group("range_of_motion", name).figure("p05_p95")
+        row = one.done.figures.group("range_of_motion", name).figure("p05_p95")
         if row is None or row.error is None:
             continue
         values, centre = continuous(columns[f"{name}_deg"], ANGLES[name].centre_deg), ANGLES[name].centre_deg
         visible = np.isfinite(values)
-        beside = continuous(np.where(visible, true[name], np.nan), centre)
-        if np.isfinite(beside).sum() >= _SEEN * visible.sum():
+        true = one.true_angles[name].value_deg[one.rows]
+        beside = continuous(np.where(visible, true, np.nan), centre)
+        if np.isfinite(beside).sum() >= _VISIBLE * visible.sum():
             _, sds = ends(values, columns[f"{name}_sd_deg"])
             (low, high), _ = ends(beside, np.full(len(beside), np.nan))
             every[name] = Ranged(row.value, high - low, float(np.hypot(*sds)), row.error)
     return every
 
 
-def repetitions(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Repeated]:
-    """Every two repetitions of an angle, each peak against the highest true value of that repetition. true: (T,) of
-    `true_angles`."""
-    times, measures = take.need("poses").times, take.figures
+def repetitions(one: Finished) -> Iterator[Repeated]:
+    """Every two repetitions of an angle, each peak against the highest true value of that repetition."""
+    times, measures = one.times, one.done.figures
     groups = {angle: measures.group(*place.split(".")) for place, angle in _DRIVES.items()}
     groups |= measures.group("repetitions").groups
     for angle, group in groups.items():
         mdc90 = group.value("peak_mdc90")
         if mdc90 is None:
             continue
-        at = [true[angle][(times >= start) & (times <= stop)] for start, stop in group.spans]
+        true = one.true_angles[angle].value_deg[one.rows]
+        at = [true[(times >= start) & (times <= stop)] for start, stop in group.spans]
         peaks = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
         both = [(peak, peaks[peak.number or 0]) for peak in group.repetitions("peak")]
         for (row, first), (later, second) in combinations(both, 2):

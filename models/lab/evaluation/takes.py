@@ -27,7 +27,7 @@ from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.person import PersonFrames
 from ..common.metrics import Figure, OfTake, Row, figures, mean
 from ..mocap.clips import subject_of
-from .runs import Question
+from .runs import Configuration, lifted
 from .testbed import SeenTake, accelerations, joints_of, lifted_by, simulated_look
 
 # (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as of PersonFrames.
@@ -35,7 +35,7 @@ Lift = tuple[np.ndarray, np.ndarray | None]
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 _LONG_S = 2.0
-LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
+LONG, _SHORT, _PARTLY, _LYING = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
 _ERRORS = ("tilt", "rotation", "mpjpe")
@@ -55,46 +55,40 @@ ABOUT = (
 class Answer:
     """One method's rotations of a take.
 
-    R_camera_from_body: (T, 3, 3). R_camera_from_level: (3, 3), axes that the whole take shares, or None of a method
-    that answers every frame alone. levelled: of a take-level method. joints: (T, 17, 3) what it is an answer about,
-    where that is another lift than the other methods'.
+    joints: (T, 17, 3) what it is an answer about. R_camera_from_body: (T, 3, 3). levelled: of a take-level method,
+    whose axes the whole take shares; None of one that answers every frame alone.
     """
 
+    joints: np.ndarray
     R_camera_from_body: np.ndarray
-    R_camera_from_level: np.ndarray | None = None
     levelled: Levelled | None = None
-    joints: np.ndarray | None = None
 
     def axes(self, R_camera_from_world: np.ndarray) -> np.ndarray:
         """(T, 3, 3) upright axes in the camera, with one heading for all frames, the true one: the take's axes turned
         about their up by one angle; without such axes, each frame's own up under that heading. So what is left of a
         method's error is its up, and what a frame's heading does is not held against it."""
-        if self.R_camera_from_level is None:
+        if self.levelled is None:
             return with_heading(self.R_camera_from_body, R_camera_from_world, per="frame")
-        R = np.broadcast_to(self.R_camera_from_level, self.R_camera_from_body.shape)
+        R = np.broadcast_to(self.levelled.R_camera_from_level, self.R_camera_from_body.shape)
         return with_heading(R, R_camera_from_world)
 
 
 def answers(
     rectifiers: Sequence[Rectifier], lift: Lift, time_s: np.ndarray, look: Look, told: Lift
 ) -> dict[str, Answer]:
-    """{"METHOD, a frame", "METHOD, a take", "METHOD, a take, with its image": Answer}. lift: (T, 17, 3) joints and
-    their spread. time_s: (T,). look: what an image of the take says about up. told: of a lift that knew this up, for
-    the answer with the image."""
+    """{"METHOD, a frame", "METHOD, a take", "METHOD, a take, with its image": Answer}. time_s: (T,). look: what an
+    image of the take says about up. told: of a lift that knew this up, for the answer with the image."""
     found = {}
     for rectifier in rectifiers:
-        R, error_deg = rectifier.rotation(lift[0])
-        alone = level_static(PersonFrames(lift[0], R, error_deg, time_s, spread=lift[1]))
-        with_image = PersonFrames(told[0], *rectifier.rotation(told[0]), time_s, spread=told[1])
-        with_image = level_static(with_image, look=look)
-        found[f"{rectifier.method}, a frame"] = Answer(R)
-        for per, levelled, joints in (
-            ("a take", alone, None),
-            ("a take, with its image", with_image, told[0]),
+        method = rectifier.method
+        found[f"{method}, a frame"] = Answer(lift[0], rectifier.rotation(lift[0])[0])
+        for per, (joints, spread), said in (
+            ("a take", lift, None),
+            ("a take, with its image", told, look),
         ):
-            found[f"{rectifier.method}, {per}"] = Answer(
-                levelled.R_camera_from_body, levelled.R_camera_from_level, levelled, joints
-            )
+            person = PersonFrames(joints, *rectifier.rotation(joints), time_s, spread=spread)
+            levelled = level_static(person, look=said)
+            found[f"{method}, {per}"] = Answer(joints, levelled.R_camera_from_body, levelled)
     return found
 
 
@@ -119,48 +113,40 @@ class Judged(NamedTuple):
     levelled: bool | None
 
 
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("takes", "LABEL, lifted, GROUP", "takes", "frames", and "methods", method): Judged; and ("acceleration", "LABEL,
     lifted", "takes", "left out", and "lift", method, part, direction): RMSE."""
-    for people in question.sets:
-        for take in sorted(question.takes(people), key=lambda take: _GROUPS.index(group_of(take.seen))):
+    for people in asked.sets:
+        for take in lifted(asked, people):
             seen, group = take.seen, group_of(take.seen)
-            lifted, look = (
-                joints_of(take.lifted, seen.truth),
-                simulated_look(seen.up, question.seed, seen.clip),
+            look = simulated_look(seen.up, asked.seed, seen.clip)
+            lift, told = (
+                (joints_of(poses, seen.truth), stated_spread(poses))
+                for poses in (take.lifted, lifted_by(asked.lifter, seen, look.up))
             )
-            told = lifted_by(question.lifter, seen, look.up)
-            again = joints_of(told, seen.truth), stated_spread(told)
-            first = lifted, stated_spread(take.lifted)
-            methods = answers(question.rectifiers, first, seen.keypoints.times, look, again)
+            methods = answers(asked.rectifiers, lift, seen.keypoints.times, look, told)
             place = ("takes", f"{people.label}, lifted, {group}")
             yield (*place, "takes"), 1
-            yield (*place, "frames"), len(lifted)
-            for name, answer in methods.items():
-                yield (*place, "methods", name), judge(seen, lifted, answer)
+            yield (*place, "frames"), len(lift[0])
+            yield from (((*place, "methods", name), judge(seen, answer)) for name, answer in methods.items())
             if group == LONG:
-                place, whole = ("acceleration", f"{people.label}, lifted"), bool(np.isfinite(lifted).all())
+                place, whole = ("acceleration", f"{people.label}, lifted"), bool(np.isfinite(lift[0]).all())
                 yield (*place, "takes"), int(whole)
                 yield (*place, "left out"), int(not whole)
                 if whole:
-                    yield from (
-                        ((*place, "lift", *keys), rmse) for keys, rmse in added(methods, lifted, seen)
-                    )
+                    for keys, rmse in added(methods, lift[0], seen):
+                        yield (*place, "lift", *keys), rmse
 
 
-def summary(values: list[Any]) -> Any:
-    """Of what stands in one place: counts are summed; tilt is over takes, of a take's mean, rotation and MPJPE over
-    frames; of take-level methods also the share levelled."""
-    match values[0]:
-        case Judged():
-            takes, levelled = zip(*values, strict=True)
-            of_takes = Figure.of(np.array([mean(take.values["tilt"]) for take in takes]))
-            share = {} if levelled[0] is None else {"levelled": sum(levelled) / len(levelled)}
-            return figures(takes, _ERRORS) | {"tilt": of_takes} | share
-        case float():
-            return {"rmse": Figure.of(np.array(values))}
-        case _:
-            return sum(values)
+def summary(values: list[Any]) -> dict[str, Any]:
+    """Of what stands in one place: tilt is over takes, of a take's mean, rotation and MPJPE over frames; of take-level
+    methods also the share levelled."""
+    if isinstance(values[0], float):
+        return {"rmse": Figure.of(np.array(values))}
+    takes, levelled = zip(*values, strict=True)
+    of_takes = Figure.of(np.array([mean(take.values["tilt"]) for take in takes]))
+    share = {} if levelled[0] is None else {"levelled": sum(levelled) / len(levelled)}
+    return figures(takes, _ERRORS) | {"tilt": of_takes} | share
 
 
 def group_of(seen: SeenTake) -> str:
@@ -172,11 +158,10 @@ def group_of(seen: SeenTake) -> str:
     return LONG if len(seen.lying) / seen.keypoints.fps >= _LONG_S else _SHORT
 
 
-def judge(seen: SeenTake, joints: np.ndarray, answer: Answer) -> Judged:
-    """joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
-    joints = joints if answer.joints is None else answer.joints
+def judge(seen: SeenTake, answer: Answer) -> Judged:
+    """The answer against the truth; its joints in metres, lifted or true."""
     R, R_true = answer.R_camera_from_body, seen.R_camera_from_body
-    body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), seen.truth)
+    body, truth = rotate(transpose(R), answer.joints), rotate(transpose(R_true), seen.truth)
     tilt = angle_deg(R[..., 2], np.broadcast_to(seen.up, R[..., 2].shape))
     errors = tilt, geodesic_deg(R, R_true), 1000 * joint_error(body, truth)
     levelled = None if answer.levelled is None else not why_not(answer.levelled)
@@ -190,12 +175,13 @@ def added(
     metres, CAMERA axes relative to the pelvis, without gaps, at the truth's scale."""
     time_s, R_true = seen.keypoints.times, seen.R_camera_from_world
     level = np.broadcast_to(_R_CAMERA_FROM_UPRIGHT, (len(joints), 3, 3))
+    axes_of = {"camera axes": with_heading(level, R_true)}
+    axes_of |= {name: answer.axes(R_true) for name, answer in methods.items()}
     lift = _limbs(joints, R_true, time_s)
-    for name, answer in {"camera axes": Answer(level, _R_CAMERA_FROM_UPRIGHT), **methods}.items():
-        for part, signal in _limbs(joints, answer.axes(R_true), time_s).items():
-            for way, axes in _ALONG.items():
-                error = (signal - lift[part])[..., axes]
-                yield (name, part, way), float(np.sqrt(np.mean(error**2)))
+    for name, axes in axes_of.items():
+        for part, signal in _limbs(joints, axes, time_s).items():
+            for way, of in _ALONG.items():
+                yield (name, part, way), float(np.sqrt(np.mean((signal - lift[part])[..., of] ** 2)))
 
 
 def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ....pipeline.core.take import Take
 from ...common.metrics import rigid_error
 from ..common.metrics import Figure, Row, person_size
 from ..mocap.clips import Clip
-from .runs import Question, finished
+from .runs import Configuration, finished
 from .testbed import SeenTake
 
 FAR_MM = 100.0
@@ -41,13 +42,14 @@ def error_mm(take: Take, truth: SeenTake) -> float:
     return float(1000 * rigid_error(found * person_size(true) / person_size(found), true).mean())
 
 
-def rows(question: Question) -> Iterator[Row]:
+def rows(asked: Configuration) -> Iterator[Row]:
     """("verdicts", verdict): mm of each take that has one."""
     for number, times in enumerate(_TIMES):
-        how = question.how(image=True, unsuspected=times)
-        for one in finished(
-            question, how, only=lambda clip, number=number: _kind_of_keypoints(clip) == number
-        ):
+
+        def has_keypoints(clip: Clip, number: int = number) -> bool:
+            return zlib.crc32(clip.name.encode()) % len(_TIMES) == number
+
+        for one in finished(replace(asked, image=True, unsuspected=times), only=has_keypoints):
             if one.take is not None and np.isfinite(mm := error_mm(one.take, one.truth)):
                 yield ("verdicts", verdict(one.take.judged)), mm
 
@@ -56,7 +58,3 @@ def summary(values: list[float]) -> dict[str, Any]:
     """Of the takes' errors in mm."""
     far = float((np.array(values) > FAR_MM).mean())
     return {"takes": len(values), "far": far, "error": Figure.of(np.array(values))}
-
-
-def _kind_of_keypoints(clip: Clip) -> int:
-    return zlib.crc32(clip.name.encode()) % len(_TIMES)

@@ -11,14 +11,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ....pipeline.files.atomic import write_text
 from ...gait.errors import ERROR_FILE
 from ..evaluation import judge
 from ..evaluation.gait import PATHS, SIDES_APART, true_gait, walks
-from ..evaluation.judge import STRANGERS, Stated, of_cases
-from ..evaluation.runs import Configuration, EvaluationSet, Finished, Question, finished
+from ..evaluation.judge import STRANGERS, Stated
+from ..evaluation.runs import Configuration, EvaluationSet, Finished, finished
 from ..evaluation.testbed import BEDS
 
 _SEEDS = 2  # draws of cameras and noise, of every bed
@@ -34,11 +35,13 @@ Walk = tuple[str, Mapping[str, Stated]]
 def walks_of(takes: Iterator[Finished]) -> Iterator[Walk]:
     """Those of takes in which somebody walks and walks are found."""
     for one in takes:
-        if one.take is not None and one.take.need("rectified").level_ok:
-            cases = walks(one.take, one.truth, true_gait(one.truth))
-            stated = {each.statement: each for each in of_cases(cases, one.truth.subject) if len(each.error)}
-            gait = one.take.figures.group("walking").text("gait")
-            yield "running" if gait == "running" else "walking", stated
+        if one.levelled:
+            stated = map(Stated.judged, walks(one, true_gait(one.truth)))
+            gait = one.done.figures.group("walking").text("gait")
+            yield (
+                "running" if gait == "running" else "walking",
+                {each.statement: each for each in stated if len(each.error)},
+            )
 
 
 def widened(errors: Parts, found: Sequence[Walk], behind: str = "") -> Parts:
@@ -74,9 +77,8 @@ def learn(output: Path) -> None:
             walk
             for seed in range(_SEEDS)
             for how in configurations
-            for walk in walks_of(finished(Question(seed=seed), how, sets))
+            for walk in walks_of(finished(replace(how, seed=seed), sets))
         ]
         for name, behind in (("figures", ""), ("differences", SIDES_APART)):
             content[source][name] = widened(content[source][name], found, behind)
     write_text(output, json.dumps(content, indent=1) + "\n")
-    print(json.dumps(content, indent=1))

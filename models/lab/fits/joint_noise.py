@@ -32,7 +32,8 @@ from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.person import PersonFrames
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..evaluation.testbed import LiftedTake, joints_of, lifted_takes
+from ..evaluation.runs import Configuration, EvaluationSet, lifted
+from ..evaluation.testbed import LiftedTake, joints_of
 from ..synthetic.bodies import BodyRange
 
 _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
@@ -117,7 +118,8 @@ def fit(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Recti
 def learn(output: Path) -> None:
     """Write the noise that was learned. The lifter saw the train people, whom it lifts a sixth better than others; the
     sizes are of validation people, once with proportions that are drawn."""
-    val = chain(lifted_takes("val"), lifted_takes("val", 1, bodies=BodyRange()))
-    noise = fit(lifted_takes("train", trained_on=True), val, load_rectifier("pcnet"))
+    train, val = (EvaluationSet(part, part) for part in ("train", "val"))
+    judged = chain(lifted(Configuration(), val), lifted(Configuration(seed=1, bodies=BodyRange()), val))
+    noise = fit(lifted(Configuration(), train), judged, load_rectifier("pcnet"))
     write_text(output, noise.as_json())
     print(f"{output}: usual {noise.usual}, powers {noise.powers}")

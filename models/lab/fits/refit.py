@@ -29,7 +29,7 @@ from ...gait.errors import ERROR_FILE
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..evaluation import errors
-from ..evaluation.runs import Question
+from ..evaluation.runs import Configuration
 from . import contact, gait_errors, joint_noise, visits
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
@@ -60,8 +60,8 @@ def steps() -> list[Step]:
 
 def kit(seed: int, fit: bool, output: Path) -> None:
     """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
-    parts = (*errors.FITTED, *errors.POSED) if fit else None
-    errors.tables(Question(seed=seed), parts, fit, output.parent)
+    parts = (*errors.FITTED, errors.RAISED) if fit else None
+    errors.tables(Configuration(seed=seed), output.parent, parts, fit)
 
 
 def take_steps(folder: Path, of: Sequence[Step]) -> None:

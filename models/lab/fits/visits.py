@@ -25,24 +25,17 @@ from torch import Tensor
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import SD_90, Measure
 from ....pipeline.core.rotations import rotate
-from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import write_text
 from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
 from ...angle_error.joint_noise import shipped_noise
-from ...angle_error.repeatability import (
-    Between,
-    figure_of,
-    range_sd,
-    same_part,
-    shipped,
-)
+from ...angle_error.repeatability import Between, figure_of, range_sd, same_part, shipped
 from ..evaluation import judge
-from ..evaluation.judge import STRANGERS, Stated
-from ..evaluation.runs import EVALUATION_SETS, Configuration, EvaluationSet, given, recipe_of
-from ..evaluation.statements import Ranged, ranges, repetitions, true_angles
+from ..evaluation.judge import STRANGERS, Stated, by_statement
+from ..evaluation.runs import Configuration, Finished, given, recipe_of
+from ..evaluation.statements import Ranged, ranges, repetitions
 from ..evaluation.testbed import BEDS, see
-from ..mocap.clips import Clip, lying
+from ..mocap.clips import Clip, lying, read_clips
 from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
 
@@ -64,80 +57,75 @@ _CONFIGURATIONS = [
 ]
 
 
-def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[tuple[Kind, Stated]]:
+def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Stated]]:
     """The figures of a clip's pairs of visits, of which the first is the same in all: "again" from the same tripod and
     from one that was set up again, and "elsewhere"; and of every run the pairs within it and its ranges (`_within`)."""
-    rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
+    rng = np.random.default_rng([asked.seed, zlib.crc32(clip.name.encode()), 4])
     world = torch.from_numpy(clip.joints[None].astype(np.float64))
-    views = BEDS[configuration.bed]
+    views = BEDS[asked.bed]
     first = place(world, NumpyDraw(rng), views)
     again, other = set_up_again(first, world, rng), elsewhere(first, world, rng, views)
-    before, true = _run(clip, first, configuration, seed)
-    figures = _figures(before, true, clip)
-    yield from _within(before, true, clip)
+    pipeline = recipe_of(asked).with_options("measures", repeat=[*ANGLES]).build()
+
+    def visit(cameras: Cameras, seed: int) -> Finished:
+        truth, how = see(clip, seed, cameras=cameras), replace(asked, seed=seed)
+        return Finished(pipeline(given(truth, how)), truth, "", how)
+
+    before = visit(first, asked.seed)
+    figures = _figures(before)
+    yield from _within(before)
     pairs: list[tuple[Kind, Cameras]] = [("again", first), ("again", again), ("elsewhere", other)]
     for kind, camera in pairs:
-        after, true = _run(clip, camera, configuration, _AGAIN + seed)
-        yield from _within(after, true, clip)
-        for place_of, other in _figures(after, true, clip).items():
-            row = figures.get(place_of)
-            if row is None or row.error is None or other.error is None:
+        after = visit(camera, _AGAIN + asked.seed)
+        yield from _within(after)
+        for key, second in _figures(after).items():
+            row = figures.get(key)
+            if row is None or row.error is None or second.error is None:
                 continue
-            if same_part(before.figures.group(*row.group), after.figures.group(*other.group)):
-                found, errors = (row.value, other.value), (row.error, other.error)
-                yield kind, difference(place_of[0], clip, found, errors)
+            if same_part(before.done.figures.group(*row.group), after.done.figures.group(*second.group)):
+                found, errors = (row.value, second.value), (row.error, second.error)
+                yield kind, difference(key[0], clip.subject, found, errors)
 
 
 def difference(
-    figure: str, clip: Clip, found: tuple[float, float], errors: tuple[float, float], true: float = 0.0
+    figure: str, person: str, found: tuple[float, float], errors: tuple[float, float], true: float = 0.0
 ) -> Stated:
     """How wrong the second figure less the first is, where it truly is `true`, and the 90 % bar that independent errors
     of both would give it."""
-    off, half = found[1] - found[0] - true, SD_90 * np.hypot(*errors)
-    return Stated(figure, clip.subject, np.array([off]), np.array([half]))
+    return Stated.figure(figure, person, found[1] - found[0], true, SD_90 * float(np.hypot(*errors)))
 
 
-def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> Iterator[tuple[Kind, Stated]]:
-    """Pairs of sides and of repetitions of one run, and its ranges. truth: of statements.true_angles."""
-    of = ranges(take, truth)
-    groups = take.figures.group("range_of_motion")
-    for name, one in of.items():
-        both, error = of_both(name), _range_error(name, one, clip)
-        yield "range", Stated(both, clip.subject, np.array([one.found - one.true]), np.array([SD_90 * error]))
+def _within(one: Finished) -> Iterator[tuple[Kind, Stated]]:
+    """Pairs of sides and of repetitions of one run, and its ranges."""
+    of, person = ranges(one), one.truth.subject
+    groups = one.done.figures.group("range_of_motion")
+    errors = {name: _range_error(name, of[name], one) for name in of}
+    for name, this in of.items():
+        both = of_both(name)
+        yield "range", Stated.figure(both, person, this.found, this.true, SD_90 * errors[name])
         left = f"l_{both}"
-        other = of.get(left)
-        if name.startswith("r_") and other and same_part(groups.group(name), groups.group(left)):
-            errors, found = (error, _range_error(left, other, clip)), (one.found, other.found)
-            yield "sides", difference(_RANGE + both, clip, found, errors, other.true - one.true)
-    for two in repetitions(take, truth):
+        if name.startswith("r_") and left in of and same_part(groups.group(name), groups.group(left)):
+            found, true = (this.found, of[left].found), of[left].true - this.true
+            yield "sides", difference(_RANGE + both, person, found, (errors[name], errors[left]), true)
+    for two in repetitions(one):
         figure, true = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
-        yield "repetitions", difference(figure, clip, two.found, two.errors, true)
+        yield "repetitions", difference(figure, person, two.found, two.errors, true)
 
 
-def _run(
-    clip: Clip, cameras: Cameras, configuration: Configuration, seed: int
-) -> tuple[Take, dict[str, np.ndarray]]:
-    """As a run leaves it, and its true angles."""
-    seen = see(clip, seed, cameras=cameras)
-    recipe = recipe_of(configuration).with_options("measures", repeat=[*ANGLES])
-    take = recipe.build()(given(seen, seed, configuration))
-    return take, true_angles(seen, take.need("poses").frame_index)
-
-
-def _range_error(name: str, of: Ranged, clip: Clip) -> float:
+def _range_error(name: str, of: Ranged, one: Finished) -> float:
     """By the parts in place, whichever lifter they were fitted to."""
-    return range_sd(of_both(name), of.found, of.ends, (len(clip) - 1) / clip.fps)
+    return range_sd(of_both(name), of.found, of.ends, float(one.truth.keypoints.times[-1]))
 
 
-def _figures(take: Take, truth: dict[str, np.ndarray], clip: Clip) -> dict[tuple[str, str], Measure]:
-    """Those that two visits are compared by, by figure and side. truth: of statements.true_angles."""
-    gait, of = take.figures.group("walking").text("gait"), ranges(take, truth)
-    found = {}
-    for row in take.figures:
+def _figures(one: Finished) -> dict[tuple[str, str], Measure]:
+    """Those that two visits are compared by, by figure and side."""
+    figures, of, found = one.done.figures, ranges(one), {}
+    gait = figures.group("walking").text("gait")
+    for row in figures:
         if not isinstance(row, Measure) or (figure := figure_of(row, gait)) is None:
             continue
         if row.group[0] == "range_of_motion" and row.group[1] in of:
-            row = replace(row, error=_range_error(row.group[1], of[row.group[1]], clip))
+            row = replace(row, error=_range_error(row.group[1], of[row.group[1]], one))
         found[figure, row.side] = row
     return found
 
@@ -183,34 +171,30 @@ def _inside(cameras: Cameras, world: Tensor) -> bool:
     return bool((joints[..., 2] > 0).all() and (off <= _MARGIN * half).all())
 
 
-def clips(sets: Sequence[EvaluationSet]) -> list[Clip]:
-    """The upright motions of the sets' people that are long enough."""
+def clips() -> list[Clip]:
+    """The upright motions of validation people that are long enough."""
     found = []
-    for of in sets:
-        for clip in of.clips():
-            longest, whole = round(_LONGEST_S * clip.fps), len(clip)
-            cut = replace(clip, joints=clip.joints[: min(longest, whole)])
-            if len(cut) >= _LEAST_S * clip.fps and lying(cut.joints.astype(np.float64)).mean() < _LYING:
-                found.append(cut)
+    for clip in read_clips("val"):
+        cut = replace(clip, joints=clip.joints[: round(_LONGEST_S * clip.fps)])
+        if len(cut) >= _LEAST_S * clip.fps and lying(cut.joints.astype(np.float64)).mean() < _LYING:
+            found.append(cut)
     return found
 
 
-def collected(sets: Sequence[EvaluationSet], seeds: Sequence[int]) -> Kinds:
-    """The `visits` of all clips of the sets with each seed, in _CONFIGURATIONS in turn."""
-    turns = [(seed + i, clip, seed) for seed in seeds for i, clip in enumerate(clips(sets))]
+def collected(seeds: Sequence[int]) -> Kinds:
+    """The `visits` of all clips with each seed, in _CONFIGURATIONS in turn."""
+    turns = [(seed + i, clip, seed) for seed in seeds for i, clip in enumerate(clips())]
     kinds: dict[str, list[Stated]] = {}
     for turn, clip, seed in each(iter(turns), "visits", len(turns)):
-        for kind, stated in visits(clip, _CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed):
+        for kind, stated in visits(clip, replace(_CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed=seed)):
             kinds.setdefault(kind, []).append(stated)
     return kinds
 
 
 def fit(kinds: Kinds) -> dict[str, object]:
     """What repeatability.json holds."""
-    by_angle: dict[str, list[Stated]] = {}
-    for of_range in kinds["range"]:
-        by_angle.setdefault(of_range.statement, []).append(of_range)
-    of_ranges = {angle: judge.factor(of, STRANGERS) for angle, of in sorted(by_angle.items())}
+    by_angle = sorted(by_statement(kinds["range"]).items())
+    of_ranges = {angle: judge.factor(of, STRANGERS) for angle, of in by_angle}
     in_place = shipped()["ranges"]
     return {
         "made_by": "pcnet3d lab refit",
@@ -220,35 +204,24 @@ def fit(kinds: Kinds) -> dict[str, object]:
             for angle, by in of_ranges.items()
             for ends, found in [in_place.get(angle, (1.0, 0.0))]
         },
-        "factors": factors(with_ranges(kinds, of_ranges)),
+        "factors": {
+            place: factors([_with_range(pair, of_ranges) for pair in kinds.get(place, ())])
+            for place in get_args(Between)
+        },
     }
 
 
-def with_ranges(kinds: Kinds, of_ranges: Mapping[str, float]) -> Kinds:
-    """Pairs of ranges with bars that are so many times as large, by angle; others as they are."""
-    return {
-        kind: [
-            replace(pair, half=of_ranges.get(pair.statement.removeprefix(_RANGE), 1.0) * pair.half)
-            if pair.statement.startswith(_RANGE)
-            else pair
-            for pair in pairs
-        ]
-        for kind, pairs in kinds.items()
-    }
+def _with_range(pair: Stated, of_ranges: Mapping[str, float]) -> Stated:
+    """One of ranges with a bar that is so many times as large, by angle; another as it is."""
+    by = of_ranges.get(pair.statement.removeprefix(_RANGE), 1.0) if pair.statement.startswith(_RANGE) else 1.0
+    return replace(pair, half=by * pair.half)
 
 
-def factors(kinds: Kinds) -> dict[Between, dict[str, float]]:
-    """{Between: {figure: factor}}. A figure of few people and pairs has that of all of its kind, and none where they
-    are few too."""
-    return {place: _factors(kinds.get(place, ())) for place in get_args(Between)}
-
-
-def _factors(pairs: Sequence[Stated]) -> dict[str, float]:
-    by_figure: dict[str, list[Stated]] = {}
-    by_kind: dict[str, list[Stated]] = {}
-    for pair in pairs:
-        by_figure.setdefault(pair.statement, []).append(pair)
-        by_kind.setdefault(_kind(pair.statement), []).append(pair)
+def factors(pairs: Sequence[Stated]) -> dict[str, float]:
+    """{figure: factor}. A figure of few people and pairs has that of all of its kind, and none where they are few
+    too."""
+    by_figure = by_statement(pairs)
+    by_kind = by_statement(replace(pair, statement=_kind(pair.statement)) for pair in pairs)
     if "peak" in by_kind:  # of every angle, of which these people may have repeated none
         by_figure = {f"peak.{angle}": [] for angle in OF_BOTH} | by_figure
     found = {}
@@ -270,5 +243,4 @@ def _enough(pairs: Sequence[Stated]) -> bool:
 
 def learn(output: Path) -> None:
     """Write the errors that were fitted."""
-    content = fit(collected(EVALUATION_SETS["val"], range(_DRAWS)))
-    write_text(output, json.dumps(content, indent=1) + "\n")
+    write_text(output, json.dumps(fit(collected(range(_DRAWS))), indent=1) + "\n")

@@ -21,7 +21,7 @@ def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, r
     clips = [
         clip_of(name, frames) for name, frames in (("09_01", 50), ("accad-m1_01", 20), ("tennis-a_01", 50))
     ]
-    monkeypatch.setattr(runs, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
+    monkeypatch.setattr(runs, "see", lambda *_, **__: pytest.fail("it works"))
     monkeypatch.setattr(runs, "read_clips", lambda subjects: clips)
     with refused("nothing-usable"):
         reports.evaluate(report, tmp_path / "out")

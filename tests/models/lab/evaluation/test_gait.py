@@ -5,17 +5,17 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.models.gait.events import Stance
-from pcnet3d.models.lab.common.metrics import tabled
 from pcnet3d.models.lab.evaluation import gait as module
+from pcnet3d.models.lab.evaluation.evaluate import tabled
 from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
 from pcnet3d.models.lab.evaluation.judge import STRANGERS, Stated
-from pcnet3d.models.lab.evaluation.runs import Question
+from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.models.lab.fits.gait_errors import widened
 
 
 def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk, monkeypatch):
-    monkeypatch.setattr(module, "finished", lambda question, how: [captured_walk])
-    of = tabled(module.rows(Question()), module.summary)["sets"]["here"]
+    monkeypatch.setattr(module, "finished", lambda asked: [captured_walk])
+    of = tabled(module.rows(Configuration()), module.summary)["sets"]["here"]
     walking, figures = of["walking"], of["walking"]["figures"]
     assert (walking["takes"], of["false steps"]) == (1, 0)
     assert walking["steps"][0] == walking["steps"][1] >= 3

@@ -7,8 +7,8 @@ import pytest
 
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.lab.evaluation import judge
-from pcnet3d.models.lab.evaluation.errors import of_strangers, with_posture
-from pcnet3d.models.lab.evaluation.judge import Case, Stated, fitted, held_out, summed
+from pcnet3d.models.lab.evaluation.errors import of_strangers, with_raised_arms
+from pcnet3d.models.lab.evaluation.judge import Stated, fitted, held_out, summed
 
 
 def stated(person: str, error: np.ndarray, **known: np.ndarray) -> Stated:
@@ -31,7 +31,8 @@ def test_every_person_counts_the_same_and_every_take_of_a_person():
 
 
 def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_of_it():
-    figures = summed([Case("angle", *case) for case in ((3, 2, 2), (7, 4, 2), (4, 6, np.nan), (5, 5, 1))])
+    cases = (3, 2, 2), (7, 4, 2), (4, 6, np.nan), (5, 5, 1)
+    figures = summed([Stated.figure("angle", "a", *case) for case in cases])
     assert (figures["count"], figures["true"], figures["bias"]) == (4, 4.5, 0.5)
     assert (figures["error"].p50, figures["error"].mean) == (1.5, 1.5)
     assert figures["inside"] == pytest.approx(2 / 3)
@@ -69,12 +70,12 @@ def test_what_a_posture_adds_is_fitted_beside_all_else_and_only_made_larger():
         usual = dict.fromkeys(("found", "stated", "tilt", "lean", "speed", "posture"), np.zeros(1000))
         known = {**usual, "noise": np.full(1000, 4.0), "low": np.full(1000, 0.5), "arms": arms}
         takes.append(Stated(name, person, error, np.ones(1000), known))
-    grown, shares = with_posture(noise, {name: takes}, ["arms"])
+    grown, shares = with_raised_arms(noise, {name: takes})
     lean, low, arms_sd, speed = grown.postures[name]
     assert (lean, low, speed) == (1.0, 2.0, 3.0)
     assert arms_sd == pytest.approx(9.0, rel=0.15)
-    assert shares == {name: pytest.approx(0.915, abs=0.02)}
-    again = with_posture(grown, {name: [replace(take, error=take.error / 9) for take in takes]}, ["arms"])[0]
+    assert shares == {name: {"arms raised": pytest.approx(0.915, abs=0.02)}}
+    again = with_raised_arms(grown, {name: [replace(take, error=take.error / 9) for take in takes]})[0]
     assert again.postures == grown.postures
 
 

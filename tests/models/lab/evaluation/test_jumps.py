@@ -35,7 +35,7 @@ def test_figures_are_paired_and_the_rest_is_a_hop_or_invented(truth):
     }
     result = compared(Take("t", measures=rows_of({"jumps": found})), truth)
     assert (result.true, result.found, result.hops, result.invented) == (2, 2, 0, [2.4])
-    pairs = [case for case in result.cases if case.statement == "flight time, ms"]
-    assert [pair.found - pair.true for pair in pairs] == pytest.approx([0, 20], abs=1)
-    assert [pair.half for pair in pairs] == pytest.approx([32.9, 32.9], abs=0.1)
+    pairs = [case for case in result.figures if case.statement == "flight time, ms"]
+    assert [pair.error[0] for pair in pairs] == pytest.approx([0, 20], abs=1)
+    assert [pair.half[0] for pair in pairs] == pytest.approx([32.9, 32.9], abs=0.1)
     assert compared(Take("t", measures=()), truth).true == 2

@@ -7,6 +7,7 @@ from golden.virtual import exact, walked
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation.lifter import CLASSES, groups_of, lift_errors, motion_classes, summary
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake
+from pcnet3d.models.lifter.features import body_rays
 from pcnet3d.pipeline import H36M17
 
 FPS = 30.0
@@ -70,7 +71,7 @@ def test_a_lift_is_as_wrong_as_it_was_made_in_its_direction_and_motion(column, n
     assert all(figure.p95 < 1e-2 for figure in figures_of(take, "upright")["frame"].values())
     walking = motion_classes(take.seen.world, FPS)["walking"]
     error = np.zeros(take.seen.truth.shape)
-    error[:, H36M17.index("l_wrist")] = 0.017 * take.seen.R_camera_from_ray[..., column]
+    error[:, H36M17.index("l_wrist")] = 0.017 * body_rays(take.seen.joints_camera)[..., column]
     error[~walking] += 1.0
     wrong = take.lifted.with_(joints=take.seen.truth + error)
     of_walking = figures_of(LiftedTake(wrong, take.seen), "walking")

@@ -7,11 +7,11 @@ import pytest
 
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
-from pcnet3d.models.lab.common.metrics import tabled
 from pcnet3d.models.lab.evaluation import real_data, runs
-from pcnet3d.models.lab.evaluation.real_data import LIMBS, found_keypoints
+from pcnet3d.models.lab.evaluation.evaluate import tabled
+from pcnet3d.models.lab.evaluation.real_data import LIMBS, read_seen
 from pcnet3d.models.lab.evaluation.real_take import row, rows, summary
-from pcnet3d.models.lab.evaluation.runs import Configuration, Question, finished
+from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.evaluation.statements import statements
 from pcnet3d.pipeline import H36M17, PoseSequence, rotate
 from pcnet3d.pipeline.core.frames import IMAGE
@@ -44,8 +44,8 @@ def walk(monkeypatch, tmp_path):
 
 
 def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds(walk):
-    (one,) = finished(Question(), Configuration(real="pose2sim", focal_known=True))
-    assert (one.label, one.truth.subject, one.reason) == ("real take", "real take", "")
+    (one,) = finished(Configuration(real="pose2sim", focal_known=True))
+    assert (one.label, one.truth.subject) == ("real take", "real take")
     hips = one.truth.joints_camera[:, H36M17.indices(("r_hip", "l_hip"))]
     np.testing.assert_allclose(one.truth.joints_camera[:, 0], hips.mean(axis=1))
     np.testing.assert_allclose(
@@ -59,15 +59,15 @@ def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds
 
 
 def test_the_report_judges_what_is_known_of_each_take(walk):
-    results = tabled(rows(Question()), summary)
+    results = tabled(rows(Configuration()), summary)
     balancing, standing = (results[take]["with its image"] for take in ("balancing", "standing"))
     assert balancing["cam"] == balancing["mean"]
     assert 5 < balancing["mean"]["rigid_mm"] < 200
     assert balancing["mean"]["knee_flexion"]["mae"] <= balancing["mean"]["knee_flexion"]["rmse"] < 40
     assert balancing["mean"]["up_deg"] == standing["mean"]["up_deg"] < 10
     assert set(standing["mean"]) == {"levelled", "up_deg", "stated_deg"}
-    (one,) = finished(Question(), Configuration(real="pose2sim"))
-    of_none = row(runs.Finished(None, one.truth, one.label, "no"))
+    (one,) = finished(Configuration(real="pose2sim"))
+    of_none = row(runs.Finished(None, one.truth, one.label))
     assert of_none["levelled"] == 0
     assert np.isnan([of_none["rigid_mm"], of_none["knee_flexion"]["mae"]]).all()
 
@@ -82,6 +82,7 @@ def test_the_detector_looks_as_often_as_in_a_run(monkeypatch, tmp_path):
 
     monkeypatch.setattr(real_data, "load_detector", load)
     monkeypatch.setattr(real_data, "data_folder", lambda: tmp_path)
+    monkeypatch.setattr(real_data, "read_video", lambda path: None)
     with pytest.raises(NotImplementedError):
-        found_keypoints(None)
+        read_seen(tmp_path)
     assert asked == {"looks": None}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.models.lab.common.metrics import tabled
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import runs as evaluation_sets
+from pcnet3d.models.lab.evaluation.evaluate import tabled
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, rows, summary
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
@@ -68,9 +68,9 @@ def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
 def test_the_tables_of_several_rectifiers(clip, monkeypatch):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
-    monkeypatch.setattr(module, "lifted", lambda question, of: clean_takes([clip], "wide", question.seed))
-    question = evaluation_sets.Question((Geometric(),), seed=3, people="test")
-    of = tabled(rows(question), summary)["rectifiers"]["geometric"]["rows"]
+    monkeypatch.setattr(module, "lifted_takes", lambda asked, of: clean_takes([clip], "wide", asked.seed))
+    asked = evaluation_sets.Configuration(rectifiers=(Geometric(),), seed=3, people="test")
+    of = tabled(rows(asked), summary)["rectifiers"]["geometric"]["rows"]
     assert of["CMU test, clean, paper's views, upright"]["frames"] == 40
     assert of["HDM05, clean, wide views, lying"]["frames"] == 40
     assert of["HDM05, lifted, lying"]["frames"] == 0

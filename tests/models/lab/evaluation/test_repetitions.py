@@ -5,7 +5,7 @@ import json
 import pytest
 
 from pcnet3d.models.lab.evaluation.repetitions import LABELS, found_in, judge, summary
-from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, Question, finished
+from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, finished
 
 TAKES = ("14_04", "14_05", "118_03", "118_06", "118_10", "118_30")  # raises of an arm, knee bends
 
@@ -21,7 +21,7 @@ def test_labelled_movements_of_real_people_are_counted():
     labels = json.loads(LABELS.read_text(encoding="utf-8"))
     sets = [EvaluationSet("train", "train")]
     captured = Configuration(lifter="", up_told=True)
-    takes = list(finished(Question(), captured, sets, lambda clip: clip.name in TAKES))
+    takes = list(finished(captured, sets, lambda clip: clip.name in TAKES))
     assert {one.truth.clip for one in takes} == set(TAKES)
     row = summary(
         [

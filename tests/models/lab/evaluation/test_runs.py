@@ -20,8 +20,7 @@ from pcnet3d.pipeline.signals.angles import ANGLES
 @pytest.fixture
 def clip(monkeypatch):
     clip = walked(seconds=3)
-    for module in (runs, testbed):
-        monkeypatch.setattr(module, "read_clips", lambda subjects: (clip,))
+    monkeypatch.setattr(runs, "read_clips", lambda subjects: (clip,))
     return clip
 
 
@@ -31,15 +30,16 @@ def tilt(one):
 
 
 @pytest.mark.parametrize(
-    ("configuration", "most_deg", "labels"),
+    ("asked", "most_deg", "labels"),
     [
-        (Configuration(up_told=True, bed="typical"), 1.0, ["CMU test", "HDM05"]),
-        (Configuration(image=True, camera="moving", fps=60.0, bed="typical"), 2.0, ["CMU test"]),
-        (Configuration(lifter="", image=True, bed="typical"), 2.0, ["CMU test"]),
+        ({"up_told": True}, 1.0, ["CMU test", "HDM05"]),
+        ({"image": True, "camera": "moving", "fps": 60.0}, 2.0, ["CMU test"]),
+        ({"image": True, "lifter": ""}, 2.0, ["CMU test"]),
     ],
 )
-def test_a_take_is_finished_and_its_truth_is_that_of_its_frames(clip, configuration, most_deg, labels):
-    takes = list(islice(finished(runs.Question(people="test"), configuration), len(labels)))
+def test_a_take_is_finished_and_its_truth_is_that_of_its_frames(clip, asked, most_deg, labels):
+    configuration = Configuration(people="test", bed="typical", **asked)
+    takes = list(islice(finished(configuration), len(labels)))
     assert [one.label for one in takes] == labels
     assert {(one.truth.subject, one.truth.clip) for one in takes} == {("03", "03_01")}
     one = takes[0]

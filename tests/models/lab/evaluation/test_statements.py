@@ -13,10 +13,9 @@ from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation import runs as sets
 from pcnet3d.models.lab.evaluation.judge import Stated
-from pcnet3d.models.lab.evaluation.runs import Configuration, finished
+from pcnet3d.models.lab.evaluation.runs import Configuration, finished, reached
 from pcnet3d.models.lab.evaluation.statements import (
     angles,
-    during,
     joints,
     motions,
     of_figures,
@@ -43,33 +42,34 @@ def exact():
     clip = walked(seconds=4)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sets, "read_clips", lambda subjects: (clip,))
-        configuration = Configuration(lifter="", up_told=True, focal_known=True, bed="typical")
-        one = next(finished(sets.Question(people="test"), configuration))
-    poses = one.take.need("poses").with_(made_by=MadeBy("estimated", "known errors"))
-    return replace(one, take=one.take.with_(poses=poses))
+        one = next(
+            finished(Configuration(people="test", lifter="", up_told=True, focal_known=True, bed="typical"))
+        )
+    return with_(one, poses=one.take.poses.with_(made_by=MadeBy("estimated", "known errors")))
 
 
-@pytest.fixture
-def rows(exact):
-    return np.arange(len(exact.truth.truth))
+def with_(one, **changes):
+    """With another take."""
+    return replace(one, take=one.take.with_(**changes))
 
 
 def share(stated: Stated, factor: float = 1.0) -> float:
     return judge.inside([replace(stated, half=factor * stated.half)]).inside
 
 
-def with_errors(take, off, half):
-    """The take with every angle and rate wrong by `off` and stated within `half`."""
-    columns = dict(take.kinematics)
+@pytest.fixture
+def angles_off(exact):
+    """{statement: Stated} of a take with every angle and rate wrong by 30 and stated within 33."""
+    columns = dict(exact.take.kinematics)
     for name in ANGLES:
         for end in ("deg", "degps"):
-            columns[f"{name}_{end}"] = columns[f"{name}_{end}"] + off
-            columns[f"{name}_sd_{end}"] = np.full(len(take.need("poses")), half / SD_90)
-    return take.with_(kinematics=columns)
+            columns[f"{name}_{end}"] = columns[f"{name}_{end}"] + 30.0
+            columns[f"{name}_sd_{end}"] = np.full(len(exact.rows), 33.0 / SD_90)
+    return {one.statement: one for one in angles(with_(exact, kinematics=columns))}
 
 
-def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(exact, rows):
-    found = {one.statement: one for one in angles(with_errors(exact.take, 30.0, 33.0), exact.truth, rows)}
+def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(exact, angles_off):
+    found = angles_off
     assert {"knee_flexion", "rate of knee_flexion", "trunk_lean_frontal"} <= set(found)
     frames = int((~exact.truth.lying).sum())
     for name, one in found.items():
@@ -80,10 +80,9 @@ def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(e
             assert 0.8 * frames <= len(one.error) <= 2 * frames
 
 
-def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(exact, rows):
+def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(angles_off):
     """Only upright frames counted, while lying people had bars as well."""
-    take = with_errors(exact.take, 30.0, 33.0)
-    one = next(one for one in angles(take, exact.truth, rows) if one.statement == "knee_flexion")
+    one = angles_off["knee_flexion"]
     stands = np.where(np.arange(len(one.error)) % 2, 0, POSTURES.index("lying"))
     low = replace(one, half=np.where(stands, 15.0, 33.0), known={**one.known, "posture": stands})
     shares = {name: found.inside for name, found in report.by_posture([low])}
@@ -92,9 +91,8 @@ def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(exact, rows
     assert np.isnan(shares["crouched"])
 
 
-def test_a_person_who_crouches_for_an_instant_does_not_count_as_one_who_does_for_minutes(exact, rows):
-    take = with_errors(exact.take, 30.0, 33.0)
-    one = next(one for one in angles(take, exact.truth, rows) if one.statement == "knee_flexion")
+def test_a_person_who_crouches_for_an_instant_does_not_count_as_one_who_does_for_minutes(angles_off):
+    one = angles_off["knee_flexion"]
     brief = one.part(np.arange(100))
     brief = replace(brief, known={**brief.known, "posture": np.where(np.arange(100) < 14, 3, 0)})
     low = replace(one, person="other", known={**one.known, "posture": np.full(len(one.error), 3)})
@@ -104,12 +102,10 @@ def test_a_person_who_crouches_for_an_instant_does_not_count_as_one_who_does_for
     assert shares["upright"].inside == 0
 
 
-def test_whatever_is_stated_is_judged_posture_by_posture(exact, rows, captured_walk):
+def test_whatever_is_stated_is_judged_posture_by_posture(exact, captured_walk):
     """Angles alone were, while joints of people who crouch and places of bent ones held in a half."""
-    covariance = np.broadcast_to(0.01 * np.eye(3), (*exact.truth.truth.shape, 3))
-    take = with_covariance(exact.take, exact.truth, 0.0, covariance)
-    camera = replace(take.need("camera"), focal_source="prior")
-    whole = replace(exact, take=take.with_(camera=camera, poses=placed(exact, 1.0, 0.01)))
+    whole = with_covariance(placed(exact, 1.0, 0.01), 0.0, 0.01 * np.eye(3))
+    whole = with_(whole, camera=replace(whole.take.need("camera"), focal_source="prior"))
     found = [*statements(whole), *of_figures(captured_walk)]
     asked = {"joints", "up", "focal length, %", "body's size, %", "wrist velocity, m/s", "double support, %"}
     assert asked <= {one.statement for one in found}
@@ -122,101 +118,95 @@ def test_whatever_is_stated_is_judged_posture_by_posture(exact, rows, captured_w
 def test_a_figure_of_many_frames_is_judged_by_the_posture_that_a_fifth_of_its_own_reach():
     low, time_s = POSTURES.index("crouched"), np.arange(10.0)
     of = {"posture": np.where(time_s >= 7, low, 0), "speed": np.append(time_s[:9], np.nan)}
-    assert during(of, time_s, None) == {"posture": low, "speed": 6.0}
-    assert during(of, time_s, (0, 6)) == {"posture": 0, "speed": 5.0}
-    assert np.isnan(during(of, time_s, (20, 30))["posture"])
+    assert reached(of, time_s >= 0) == {"posture": low, "speed": 6.0}
+    assert reached(of, time_s <= 6) == {"posture": 0, "speed": 5.0}
+    assert np.isnan(reached(of, time_s > 20)["posture"])
 
 
-def test_up_is_one_case_a_take_and_rotations_are_as_wrong_as_they_were_made(exact, rows):
-    truth = exact.truth
+def test_up_is_one_case_a_take_and_rotations_are_as_wrong_as_they_were_made(exact):
+    truth, frames = exact.truth, len(exact.rows)
     R = truth.R_camera_from_world
     about_z = Rotation.from_euler("z", 10, degrees=True).as_matrix()
     rectified = replace(
         exact.take.need("rectified"),
         R_source_from_level=Rotation.from_rotvec(np.radians(6) * R[:, 0]).as_matrix() @ R,
-        up_bound_deg=np.full(len(rows), 7.0),
+        up_bound_deg=np.full(frames, 7.0),
         R_source_from_body=truth.R_camera_from_body @ about_z,
-        error_deg=np.full(len(rows), 6.0),
+        error_deg=np.full(frames, 6.0),
     )
-    take = exact.take.with_(rectified=rectified)
-    tilt, turn = up(take, truth, rows), rotation(take, truth, rows)
+    one = with_(exact, rectified=rectified)
+    tilt, turn = up(one), rotation(one)
     assert tilt.error == pytest.approx([6.0])
-    assert turn.error == pytest.approx(np.full(len(rows), 10.0), abs=1e-3)
+    assert turn.error == pytest.approx(np.full(frames, 10.0), abs=1e-3)
     for one in (tilt, turn):
         assert (share(one), share(one, 0.5)) == (1, 0)
         assert one.person == truth.subject
 
 
-def with_covariance(take, truth, off, covariance):
-    """The take with joints (T, 17, 3) in LEVEL off the truth, and their covariance (T, 17, 3, 3)."""
+def with_covariance(one, off, covariance):
+    """With joints (T, 17, 3) in LEVEL off the truth, and the covariance (3, 3) of each."""
+    take, truth = one.take, one.truth.truth
+    covariance = np.broadcast_to(covariance, (*truth.shape, 3))
     R = take.need("rectified").R_source_from_level
-    wrong = take.need("filtered").with_(joints=rotate(R.T, truth.truth) + off, covariance=covariance)
+    wrong = take.need("filtered").with_(joints=rotate(R.T, truth) + off, covariance=covariance)
     level = replace(take.need("rectified"), level=take.need("rectified").level.with_(covariance=covariance))
     camera = Camera((1920, 1080), 1500.0, 100.0, "told")
-    return take.with_(filtered=wrong, rectified=level, camera=camera)
+    return with_(one, filtered=wrong, rectified=level, camera=camera)
 
 
-def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact, rows):
+def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact):
     rng = np.random.default_rng(0)
     root = np.array([[0.02, 0.0, 0.0], [0.01, 0.03, 0.0], [0.0, 0.02, 0.05]])
     off = rng.standard_normal(exact.truth.truth.shape) @ root.T
     off[:, 0] = 0
-    covariance = np.broadcast_to(root @ root.T, (*off.shape, 3))
 
     def one(factor):
-        take = with_covariance(exact.take, exact.truth, off, factor**2 * covariance)
-        return next(joints(take, exact.truth, rows))
+        return next(joints(with_covariance(exact, off, factor**2 * root @ root.T)))
 
     assert share(one(1.0)) == pytest.approx(0.9, abs=0.02)
     assert share(one(0.5)) < 0.5
     assert judge.factor([one(0.5)]) == pytest.approx(2.0, rel=0.05)
-    assert list(joints(exact.take, exact.truth, rows)) == []
+    assert list(joints(exact)) == []
 
 
 def test_nothing_but_joints_and_place_is_judged_of_a_take_that_is_not_levelled_and_nothing_of_a_refused_one(
     exact,
 ):
-    covariance = np.broadcast_to(0.01 * np.eye(3), (*exact.truth.truth.shape, 3))
-    stated = with_covariance(exact.take, exact.truth, 0.0, covariance)
-    refused = replace(stated.need("rectified"), level_ok=False, level_reason="lying")
-    unlevelled = replace(exact, take=stated.with_(rectified=refused))
-    found = [one.statement for one in statements(unlevelled)]
+    stated = with_covariance(exact, 0.0, 0.01 * np.eye(3))
+    refused = replace(stated.take.need("rectified"), level_ok=False, level_reason="lying")
+    found = [one.statement for one in statements(with_(stated, rectified=refused))]
     assert found[:3] == ["joints", "joints in depth", "joints across"]
     assert all(name.startswith(("pelvis", "body's size")) for name in found[3:])
     assert list(statements(replace(exact, take=None))) == []
 
 
 def placed(exact, factor, sd):
-    """The poses with their pelvis `factor` times as far away."""
-    frames = len(exact.truth.truth)
-    return exact.take.need("poses").with_(
-        path=RootPath(
-            factor * exact.truth.joints_camera[:, 0], np.tile(sd**2 * np.eye(3), (frames, 1, 1)), (0.037, 0.0)
-        ),
-    )
+    """With the pelvis `factor` times as far away."""
+    covariance = np.tile(sd**2 * np.eye(3), (len(exact.rows), 1, 1))
+    path = RootPath(factor * exact.truth.joints_camera[:, 0], covariance, (0.037, 0.0))
+    return with_(exact, poses=exact.take.need("poses").with_(path=path))
 
 
-def test_a_path_ten_per_cent_too_far_is_wrong_along_the_ray_and_a_focal_length_as_much(exact, rows):
+def test_a_path_ten_per_cent_too_far_is_wrong_along_the_ray_and_a_focal_length_as_much(exact):
     distance = np.linalg.norm(exact.truth.joints_camera[:, 0], axis=1)
-    along, across, size = place(placed(exact, 1.1, 0.01), exact.truth, rows, {})
+    along, across, size = place(placed(exact, 1.1, 0.01))
     np.testing.assert_allclose(along.error, 0.1 * distance, rtol=1e-5)
     np.testing.assert_allclose(across.error, 0, atol=1e-5)
-    assert (share(along), share(across), len(across.error)) == (0, 1, 2 * len(rows))
+    assert (share(along), share(across), len(across.error)) == (0, 1, 2 * len(exact.rows))
     assert size.error == pytest.approx([0.0], abs=1e-3)
-    assert [share(one) for one in place(placed(exact, 1.0, 0.01), exact.truth, rows, {})] == [1, 1, 1]
+    assert [share(one) for one in place(placed(exact, 1.0, 0.01))] == [1, 1, 1]
     camera = replace(exact.take.need("camera"), focal_px=1.1 * exact.truth.focal_px, focal_sd_px=1.0)
-    guessed = exact.take.with_(camera=replace(camera, focal_source="prior"))
-    focal = next(one for one in paths(guessed, exact.truth, rows) if one.statement == "focal length, %")
+    guessed = with_(exact, camera=replace(camera, focal_source="prior"))
+    focal = next(one for one in paths(guessed) if one.statement == "focal length, %")
     assert focal.error == pytest.approx([100 * (1 - 1 / 1.1)])
-    assert "focal length, %" not in {one.statement for one in paths(exact.take, exact.truth, rows)}  # told
+    assert "focal length, %" not in {one.statement for one in paths(exact)}  # told
 
 
-def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact, rows):
+def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact):
     columns = dict(exact.take.kinematics)
     for name in [name for name in columns if name[-2:-1] in "_va" and name[-1] in "xyz"]:
-        columns[f"{name}_sd"] = np.full(len(rows), 0.01)
-    take = exact.take.with_(kinematics=columns)
-    found = {one.statement: one for one in motions(take, exact.truth, rows)}
+        columns[f"{name}_sd"] = np.full(len(exact.rows), 0.01)
+    found = {one.statement: one for one in motions(with_(exact, kinematics=dict(columns)))}
     assert len(found) == 6
     one = found["wrist position, m"]
     assert len(one.error) == 6 * int((~exact.truth.lying).sum())
@@ -224,7 +214,7 @@ def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact, rows
     for name in columns:
         if name.endswith(("wrist_x", "wrist_y", "wrist_z")):
             columns[name] = columns[name] + 0.5
-    moved = {one.statement: one for one in motions(take.with_(kinematics=columns), exact.truth, rows)}
+    moved = {one.statement: one for one in motions(with_(exact, kinematics=columns))}
     assert np.median(moved["wrist position, m"].error) == pytest.approx(0.5, abs=0.03)
     assert share(moved["wrist position, m"]) == 0
     np.testing.assert_array_equal(moved["ankle position, m"].error, found["ankle position, m"].error)
@@ -238,8 +228,8 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
     people = ("03", "accad-m1", "tennis-a")
     clips = tuple(Clip(f"{who}_01", who, "asfamc", 30.0, exact.truth.truth) for who in people)
     monkeypatch.setattr(sets, "read_clips", lambda subjects: clips)
-    monkeypatch.setattr(report, "finished", lambda question, configuration: iter([exact]))
-    report.tables(sets.Question(people="test"), ["bodies alone", "real take"], output=tmp_path)
+    monkeypatch.setattr(report, "finished", lambda configuration: iter([exact]))
+    report.tables(Configuration(people="test"), tmp_path, ["bodies alone", "real take"])
     rows = json.loads((tmp_path / "errors.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert {tuple(row) for row in rows} == {tuple(rows[0])}
     assert {"set", "cases", "people", "inside", "low", "p50", "rms", "bar"} <= set(rows[0])
@@ -250,14 +240,14 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
 @pytest.mark.data
 @pytest.mark.parametrize(
     ("asked", "code"),
-    [({"part": ["imagee"]}, "name-unknown"), ({"part": ["capture"], "fit": True}, "needs-input")],
+    [((["imagee"], False), "name-unknown"), ((["capture"], True), "needs-input")],
 )
 def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before_the_work(
     monkeypatch, tmp_path, asked, code
 ):
     monkeypatch.setattr(report, "finished", lambda *_: pytest.fail("it works"))
     with refused(code):
-        report.tables(sets.Question(), output=tmp_path / "out", **asked)
+        report.tables(Configuration(), tmp_path / "out", *asked)
     assert not (tmp_path / "out").exists()
 
 
@@ -268,8 +258,7 @@ def test_the_walkers_figures_are_inside_their_errors_and_nothing_is_judged_witho
     for stated in found.values():
         assert stated.person == "walker"
         assert np.abs(stated.error) < stated.half
-    still = replace(captured_walk, take=captured_walk.take.with_(measures=Measures()))
-    assert list(of_figures(still)) == []
+    assert list(of_figures(with_(captured_walk, measures=Measures()))) == []
 
 
 def repeated(*peaks, error=2.0, **means):

@@ -1,12 +1,14 @@
 """Whole takes: a perfect rectifier has no error and the truth's accelerations, from every camera; known errors are
 measured as what they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.virtual import exact
-from pcnet3d.models.lab.evaluation.takes import Answer, added, answers, judge, summary, with_heading
+from pcnet3d.models.lab.evaluation.takes import added, answers, judge, summary, with_heading
 from pcnet3d.models.lab.evaluation.testbed import simulated_look
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
@@ -48,8 +50,7 @@ def answered(seen, error=None):
 def test_a_perfect_rectifier_has_no_error(standing):
     take = exact(clip_of(standing))
     judged = {
-        per.removeprefix("oracle, "): judge(take.seen, take.seen.truth, answer)
-        for per, answer in answered(take.seen).items()
+        per.removeprefix("oracle, "): judge(take.seen, answer) for per, answer in answered(take.seen).items()
     }
     for per in ("a frame", "a take"):
         assert max(values.max() for values in judged[per].errors.values.values()) < 1e-3
@@ -61,7 +62,7 @@ def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_co
     seen = exact(clip_of(standing)).seen
 
     def levelled(error, per="a take"):
-        return judge(seen, seen.truth, answered(seen, error)[f"oracle, {per}"])
+        return judge(seen, answered(seen, error)[f"oracle, {per}"])
 
     jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
     whole, single = (levelled(jitter, *per).errors.values["tilt"].mean() for per in ((), ("a frame",)))
@@ -76,9 +77,10 @@ def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(standing):
     """And a perfect rotation nothing, whatever the lift is."""
     take = exact(clip_of(standing))
     seen, swing = take.seen, 0.1 * (2 * np.pi) ** 2 / np.sqrt(2)
-    perfect, level = answered(seen), seen.R_camera_from_world @ turn([1, 0, 0], 20)
-    tilted = Answer(np.broadcast_to(level, (75, 3, 3)), level)
-    of = dict(added({**perfect, "tilted": tilted}, seen.truth, seen))
+    perfect = answered(seen)
+    of_take = perfect["oracle, a take"]
+    level = replace(of_take.levelled, R_camera_from_level=seen.R_camera_from_world @ turn([1, 0, 0], 20))
+    of = dict(added({**perfect, "tilted": replace(of_take, levelled=level)}, seen.truth, seen))
     assert of["oracle, a take", "wrist", "vertical"] == pytest.approx(0, abs=1e-5)
     assert of["tilted", "wrist", "vertical"] == pytest.approx(swing * (1 - np.cos(np.radians(20))), rel=0.03)
     off = swing * np.sin(np.radians(20)) / np.sqrt(2)

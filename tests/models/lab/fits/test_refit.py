@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pcnet3d.models.lab.evaluation import errors as report
-from pcnet3d.models.lab.evaluation.runs import Question
+from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.models.lab.fits import refit as module
 from pcnet3d.models.lab.fits.refit import Step, steps, take_steps
 from refusals import refused
@@ -56,6 +56,6 @@ def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_
 
 @pytest.mark.data
 def test_errors_are_never_fitted_to_the_real_take():
-    configurations = report.asked(Question())
+    configurations = report.configurations(Configuration())
     assert set(report.FITTED) < set(configurations)
     assert not any(configurations[name].real for name in report.FITTED)

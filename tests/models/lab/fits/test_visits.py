@@ -44,14 +44,14 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
 
 def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
     clip = walked("walk", seconds=2.5)
-    cases = list(visits(clip, Configuration(bed="typical", image=True), 0))
+    cases = list(visits(clip, Configuration(bed="typical", image=True)))
     assert {kind for kind, _ in cases} == {"range", "sides", "repetitions", "again", "elsewhere"}
     assert {stated.statement for kind, stated in cases if kind == "range"} <= set(OF_BOTH)
     within = [abs(stated.error[0]) for kind, stated in cases if kind in ("sides", "repetitions")]
     assert np.median(within) < 10  # where two raises of the arm truly differ by 48
     knees = [kind for kind, stated in cases if stated.statement == "range_of_motion.knee_flexion"]
     assert (knees.count("again"), knees.count("elsewhere")) == (4, 2)  # right and left
-    monkeypatch.setattr(module, "clips", lambda _: [clip])
+    monkeypatch.setattr(module, "clips", lambda: [clip])
     monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
     learn(tmp_path / "fitted.json")
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
@@ -75,11 +75,10 @@ def test_factors_are_how_much_smaller_differences_are_and_few_people_have_that_o
         *stated(stance, 0.3, "abcdefgh", 50),
         *stated("knee_bends.mean_rise", 1.0, "ab", 3),
     ]
-    fitted = factors({"again": again, "elsewhere": stated(knee, 0.6, "abcdefgh", 400)})
-    assert fitted["again"].keys() == {knee, cadence, stance}
-    assert fitted["again"][knee] == pytest.approx(0.3, rel=0.07)
-    assert fitted["again"][cadence] < 1.0  # though its own six pairs ask for 3
-    assert fitted["elsewhere"] == {knee: pytest.approx(0.6, rel=0.07)}
+    fitted = factors(again)
+    assert fitted.keys() == {knee, cadence, stance}
+    assert fitted[knee] == pytest.approx(0.3, rel=0.07)
+    assert fitted[cadence] < 1.0  # though its own six pairs ask for 3
 
 
 def test_ranges_have_the_parts_in_place_times_the_factor_that_makes_them_hold():
