@@ -12,8 +12,8 @@ from pcnet3d.pipeline import InputError
 from refusals import refused
 
 
-def two(axis="0 0 0", dof="rx", length=0.45):
-    return asfamc.parse_asf(TWO.format(axis=axis, dof=dof, length=length, angle="deg"))
+def two(axis="0 0 0", dof="rx", length=0.45, angle="deg"):
+    return asfamc.parse_asf(TWO.format(axis=axis, dof=dof, length=length, angle=angle))
 
 
 def pose(acclaim, text):
@@ -43,13 +43,11 @@ def test_axis_blocks_and_euler_order(axis, dof, values, end):
 def test_the_root_moves_and_turns_about_fixed_axes_in_the_files_unit():
     joints, R = pose(two(), "1\nroot 1 2 3 90 0 90\none 0\n")
     np.testing.assert_allclose(joints[0, 0], np.array([1, 2, 3]) * 0.0254 / 0.45)
-    np.testing.assert_allclose(
-        R[0, 0] @ [0, 1, 0], [0, 0, 1], atol=1e-12
-    )  # x first: y -> z; then z leaves it
-    text = TWO.format(axis="0 0 0", dof="rx", length=1.0, angle="deg")
-    assert asfamc.parse_asf(text).metres == pytest.approx(0.0254)
+    # x first: y -> z; then z leaves it
+    np.testing.assert_allclose(R[0, 0] @ [0, 1, 0], [0, 0, 1], atol=1e-12)
+    assert two(length=1.0).metres == pytest.approx(0.0254)
     with refused("file-damaged", "degrees"):
-        asfamc.parse_asf(text.replace("deg", "rad"))
+        two(angle="rad")
 
 
 def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
@@ -61,10 +59,8 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     frames, turned = [], np.zeros_like(angles)
     turned[:, 0] = Rotation.from_euler("xyz", angles[:, 0], degrees=True).as_euler("ZXY", degrees=True)
     for i, joint in enumerate(joints[1:], start=1):
-        C = Rotation.from_euler("xyz", axes[joint], degrees=True)
-        turned[:, i] = (C * Rotation.from_euler("xyz", angles[:, i], degrees=True) * C.inv()).as_euler(
-            "ZXY", degrees=True
-        )
+        C, M = (Rotation.from_euler("xyz", of, degrees=True) for of in (axes[joint], angles[:, i]))
+        turned[:, i] = (C * M * C.inv()).as_euler("ZXY", degrees=True)
     for frame in angles:
         root = [0, 0.9 * 0.45 / 0.0254, 0, *frame[0]]
         frames.append({"root": root, **{CMU[joint]: frame[i] for i, joint in enumerate(joints) if i}})
@@ -93,11 +89,9 @@ def test_the_subject_is_the_skeleton_and_a_motion_without_one_is_refused(acclaim
     ("file", "change", "words"),
     [
         ("HDM_tr.asf", lambda t: t.replace(":hierarchy", ":hierarchies"), "hierarchy"),
-        ("HDM_tr.asf", lambda t: t.replace("direction", "direction x", 1), "damaged"),
         ("HDM_tr.asf", lambda t: t.replace("root tolfemur", "lfoot tolfemur"), "damaged"),
         ("HDM_tr.asf", lambda t: t.replace("dof rx ry rz", "dof rx ry l", 1), "turn only"),
         ("HDM_tr.asf", lambda t: t.replace("lfemur", "thigh"), "skeleton"),
-        ("HDM_tr_kick_1.amc", lambda t: t.replace("lfemur 0.0 0.0 0.0", "lfemur 0.0", 1), "lfemur"),
         ("HDM_tr_kick_1.amc", lambda t: t.replace("lfemur 0.0 0.0 0.0\n", "", 1), "lfemur"),
         ("HDM_tr_kick_1.amc", lambda t: t.replace("16.0", "much"), "damaged"),
         ("HDM_tr_kick_1.amc", lambda t: "", "frames"),

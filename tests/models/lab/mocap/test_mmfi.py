@@ -6,6 +6,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
+from pcnet3d.models.lab import mmfi as module
 from pcnet3d.models.lab.mocap.mmfi import PROTOCOLS, read_tree
 from pcnet3d.models.lab.training import rectifier
 from pcnet3d.pipeline import H36M17, InputError
@@ -13,9 +14,26 @@ from pcnet3d.pipeline import H36M17, InputError
 PEOPLE = ("S01", "S02", "S03", "S05", "S31")
 
 
+@pytest.fixture
+def mmfi_tree(tmp_path, facing_camera):
+    """Writes a tree as MM-Fi has it: people who face the sensor, 3 m away, and sway a little."""
+
+    def make(people, actions=("A01",), sway_m=0.02, change=lambda joints: joints):
+        sway = sway_m * np.sin(np.linspace(0, 6, 40))[:, None] * (facing_camera[:, 1] < 0)
+        for subject, action in ((subject, action) for subject in people for action in actions):
+            joints = np.tile(facing_camera, (40, 1, 1))
+            joints[..., 0] += sway
+            folder = tmp_path / "MMFi" / f"E{(int(subject[1:]) - 1) // 10 + 1:02d}" / subject / action
+            folder.mkdir(parents=True)
+            joints = change(joints + np.array([0.2, 0.1, 3.0]))
+            np.save(folder / "ground_truth.npy", joints, allow_pickle=True)
+        return tmp_path / "MMFi"
+
+    return make
+
+
 def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
-    tree = mmfi_tree({"S01": ["A01"]}, still=True)
-    (clip,) = read_tree(tree.parent)  # the whole tree is read from above too
+    (clip,) = read_tree(mmfi_tree(["S01"], sway_m=0.0).parent)  # the whole tree is read from above too
     assert (clip.name, clip.subject, clip.source, clip.fps, len(clip)) == ("S01_A01", "S01", "mmfi", 10, 40)
     pelvis = clip.joints[0, 0]
     np.testing.assert_allclose(pelvis, [3.0, -0.2, -0.1], atol=1e-6)  # 3 m away, 0.2 m right, 0.1 m below
@@ -39,56 +57,47 @@ def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
     ],
 )
 def test_a_tree_that_contradicts_is_refused(mmfi_tree, change, words):
-    tree = mmfi_tree({"S01": ["A13"], "S02": ["A17"]}, change=change)
     with pytest.raises(InputError, match=words):
-        read_tree(tree)
+        read_tree(mmfi_tree(["S01", "S02"], change=change))
 
 
-@pytest.fixture
-def commands(mmfi_tree):
-    """The module of the command, and a tree of five people."""
-    from pcnet3d.models.lab import mmfi
-
-    return mmfi, mmfi_tree({subject: ["A01", "A13", "A14"] for subject in PEOPLE})
-
-
-def test_the_protocols_people(commands):
+def test_the_protocols_people(mmfi_tree):
     """Across subjects every fifth is tested, across environments the last ten."""
-    module, tree = commands
-    assert module.PROTOCOLS["S2"] == {f"S{i:02d}" for i in range(5, 41, 5)}
-    assert module.PROTOCOLS["S3"] == {f"S{i}" for i in range(31, 41)}
+    assert PROTOCOLS["S2"] == {f"S{i:02d}" for i in range(5, 41, 5)}
+    assert PROTOCOLS["S3"] == {f"S{i}" for i in range(31, 41)}
+    clips = read_tree(mmfi_tree(PEOPLE))
     for name, test in (("S2", "S05"), ("S3", "S31")):
-        split = module.split_of(read_tree(tree), PROTOCOLS[name])
+        split = module.split_of(clips, PROTOCOLS[name])
         people = {part: {clip.subject for clip in of} for part, of in split.items()}
         assert people == {"train": set(PEOPLE) - {test, "S01"}, "val": {"S01"}, "test": {test}}
 
 
-def test_the_table(commands, tmp_path, capsys, monkeypatch):
-    module, tree = commands
+def test_the_table(mmfi_tree, tmp_path, capsys, monkeypatch):
     # Export takes seconds, and is the trainer's.
     monkeypatch.setattr(rectifier, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
     text = files("pcnet3d.models.lab.training").joinpath("mmfi.toml").read_text(encoding="utf-8")
-    small = (
-        text.replace("batch = 1024", "batch = 32")
-        .replace("steps = 20000", "steps = 3")
-        .replace("[net]", "[net]\nwidth = 16\noutput = 8\n#")
-    )
-    (tmp_path / "tiny.toml").write_text(small, encoding="utf-8")
-    out = tmp_path / "out"
+    for before, after in (
+        ("batch = 1024", "batch = 32"),
+        ("steps = 20000", "steps = 3"),
+        ("[net]", "[net]\nwidth = 16\noutput = 8\n#"),
+    ):
+        text = text.replace(before, after)
+    (tmp_path / "tiny.toml").write_text(text, encoding="utf-8")
+    tree, out = mmfi_tree(PEOPLE, ("A01", "A13", "A14")), tmp_path / "out"
     module.mmfi(tree, out, config=tmp_path / "tiny.toml", device="cpu", threads=1)
     said = capsys.readouterr().out
     assert said.index("2 trainings take about") < said.index("parameters")  # before it starts
     assert (out / "mmfi.md").read_text() in said
     tested = json.loads((out / "mmfi.json").read_text())["rows"]
     assert list(tested) == ["S2", "S3"]
-    assert all(set(of) == {"geometric", "pcnet"} for of in tested.values())
-    for row in (row for of in tested.values() for row in of.values()):
-        assert row["frames"] == 3 * 40
-        for name in ("rotation", "mpjpe", "unscaled", "pa_mpjpe", "turned only", "frobenius"):
-            assert np.isfinite(list(row[name].values())).all(), name
+    for name, of in tested.items():
+        assert set(of) == {"geometric", "pcnet"}
+        for row in of.values():
+            assert row["frames"] == 3 * 40
+            for figure in ("rotation", "mpjpe", "unscaled", "pa_mpjpe", "turned only", "frobenius"):
+                assert np.isfinite(list(row[figure].values())).all(), figure
+        assert (out / name / "pcnet.onnx").is_file()
+        kept = json.loads((out / name / "config.json").read_text())
+        assert (kept["targets"], kept["schedule"]["steps"]) == ("axes", 3)
     assert tested["S2"]["geometric"]["pa_mpjpe"]["p95"] < 0.1
     assert tested["S2"]["geometric"]["rotation"]["mean"] < 15
-    for trained in ("S2", "S3"):
-        assert (out / trained / "pcnet.onnx").is_file()
-        kept = json.loads((out / trained / "config.json").read_text())
-        assert (kept["targets"], kept["schedule"]["steps"]) == ("axes", 3)

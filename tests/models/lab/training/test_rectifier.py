@@ -315,7 +315,10 @@ def test_lifted_takes_of_people_of_another_part_are_refused(run, tmp_path, stand
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ((("seed = 1", 'seed = 1\ntargets = "axes"'),), "as they were recorded"),
+        (
+            (("seed = 1", 'seed = 1\ntargets = "axes"'), ("val = []", 'val = ["a.npz"]')),
+            "lifted takes have no",
+        ),
         ((("turned = 0.2", "turnt = 0.2"),), r"mixture\.poses\.turnt"),
         ((('kind = "pcnet"', 'kind = "pcnett"'),), "kind of lifter, pcnet; got 'pcnett'"),
         ((("lifted = 0.0", "lifted = 0.5"),), "lifted takes.*testbed"),
