@@ -115,16 +115,14 @@ class PCNet(nn.Module):
     def forward(self, joints: Tensor, valid: Tensor) -> Answer:
         joints = (joints - joints[:, [_PELVIS]]) * valid[..., None]
         size = body_size(joints, valid)[:, None, None]
-        shape = joints / size
+        shape, told, R_camera_from_torso = joints / size, [valid[..., None]], None
         if self.config.align:
             R_camera_from_torso = torso_axes(joints, valid)
             shape = rotate(R_camera_from_torso.mT, shape)
-            camera = R_camera_from_torso.flatten(1)
-        else:
-            R_camera_from_torso = camera = None
+            told.append(R_camera_from_torso.flatten(1)[:, None].expand(-1, JOINTS, -1))
         low = self.bf16 and self.training
         with torch.autocast(joints.device.type, torch.bfloat16) if low else nullcontext():
-            z, attention = self.encoder(_SPREAD * shape, valid, camera)
+            z, attention = self.encoder(torch.cat([_SPREAD * shape, *told], dim=-1))
         z = self.norm(z.float())
         R = gram_schmidt(self.rotation(z))
         if R_camera_from_torso is not None:
@@ -158,11 +156,8 @@ class Branches(nn.Module):
         self.gate = nn.Linear(2 * width, 2)
         self.out = nn.Sequential(nn.Dropout(config.dropout), nn.Linear(JOINTS * width, config.output))
 
-    def forward(self, shape: Tensor, valid: Tensor, camera: Tensor | None) -> tuple[Tensor, Tensor]:
-        parts = [shape, valid[..., None]]
-        if camera is not None:
-            parts.append(camera[:, None].expand(-1, JOINTS, -1))
-        x = torch.cat(parts, dim=-1).transpose(0, 1).flatten(0, 1)
+    def forward(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        x = x.transpose(0, 1).flatten(0, 1)
         graph, attention = self.norm_graph(self.graph(x)), self.norm_attention(self.attention(x))
         fused, weights = self.cross(graph, attention)
         graph, attention, fused = (_by_joint(part) for part in (graph, attention, fused))
