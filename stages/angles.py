@@ -26,7 +26,6 @@ from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
 from .lift import Lift
-from .trajectories import Smoother
 
 ANGLE_ERRORS = ("angle-errors-unknown", "angle-errors-unused")  # what is said where these are not known
 _KEYPOINTS = "the video's keypoints too, or "
@@ -40,11 +39,9 @@ class Angles:
 
     Columns (T,) for every angle of signals.angles.ANGLES, and of signals.foot_angles.FOOT_ANGLES for poses with feet,
     whose errors are unknown: `<angle>_deg`, `_sd_deg`, `_degps`, its error `_sd_degps`, and `_reason` (int8,
-    signals.angles.REASONS); where that is not 0 the others are NaN. smoother: as in `trajectories`; with a classical
-    filter rates are derivatives of the filtered angles. errors: a file with the errors of the lifter that made the
-    poses (pcnet3d lab evaluate errors --fit); it replaces what is known of that lifter."""
+    signals.angles.REASONS); where that is not 0 the others are NaN. errors: a file with the errors of the lifter
+    that made the poses (pcnet3d lab evaluate errors --fit); it replaces what is known of that lifter."""
 
-    smoother: Smoother = "auto"
     errors: Path | None = None
 
     name: ClassVar[str] = "angles"
@@ -73,7 +70,7 @@ class Angles:
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
         series = without_exchanged(series, in_doubt(take))
-        columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise, speed)
+        columns = _columns(series, times, breaks(poses), noise, speed)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
@@ -151,11 +148,10 @@ def _columns(
     series: dict[str, AngleSeries],
     times: np.ndarray,
     seams: tuple[int, ...],
-    rates_by_error: bool,
     noise: JointNoise | None,
     speed: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    rates = angle_rates(series, times, seams, rates_by_error, noise, speed)
+    rates = angle_rates(series, times, seams, noise, speed)
     columns = {}
     for name, angle in series.items():
         rate, sd = rates.pop(name)

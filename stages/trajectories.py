@@ -19,7 +19,7 @@ is known, and hold even where a take could not be levelled.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,9 +42,6 @@ from ..pipeline.signals.filters import (
     rate,
 )
 
-Filter = Literal["butterworth", "none"]
-Smoother = Literal["auto", "butterworth", "none"]
-
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
 # joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
 FINE, MISSING, UNCERTAIN = range(3)
@@ -57,16 +54,14 @@ _UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() i
 @dataclass(frozen=True)
 class Trajectories:
     """The stage. joints: those whose paths are written. `filtered` has all 17 joints after the low-pass of `smooth`,
-    for angles; its history says which columns come from the smoother instead.
-
-    smoother: "auto" uses the error of the paths and states that of its answers (`known_motions`); the others are the
-    filters of `smooth`. cutoff_hz: as in `smooth`; given with "auto", the paths are those of "butterworth".
+    for angles; its history says which columns come from the smoother instead, which uses the error of the paths and
+    states that of its answers (`known_motions`). cutoff_hz: as in `smooth`; where it is given, the paths are filtered
+    too.
     If the source knows where the person is and the camera stands still, the pelvis's own path in LEVEL is written
     too, as `root`, from the camera or the world's origin.
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
-    smoother: Smoother = "auto"
     cutoff_hz: float | None = None
 
     name: ClassVar[str] = "trajectories"
@@ -80,9 +75,9 @@ class Trajectories:
             joints=np.where(refused[:, None, None], np.nan, rectified.level.joints),
             covariance=rectified.level.covariance,
         )
-        known_error = self.smoother == "auto" and self.cutoff_hz is None
-        path, lowpass = smooth(level, self.classical, self.cutoff_hz)
-        filtered = _notices(path, lowpass, known_error)
+        known_error = self.cutoff_hz is None
+        path, cutoff_hz, values_lost = smooth(level, self.cutoff_hz)
+        filtered = _notices(path, cutoff_hz, values_lost, known_error)
         lifted, judged = take.need("poses").lifted, made_by_the_built_in(take.need("poses"))
         motions = known_motions(level, self.joints, lifted, judged) if known_error else {}
         if motions:  # whose columns hold something else than this path, which angles are taken from
@@ -102,19 +97,14 @@ class Trajectories:
             notices.append(_unknown("were estimated from the paths, which do not show slow errors"))
         elif smoothed and not judged:
             notices.append(_unknown("are stated by the lifter, and were not checked"))
-        return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
+        return take.with_(kinematics=columns, filtered=path, cutoff_hz=cutoff_hz).saying(
             *notices, *filtered, *clock_doubts(level)
         )
 
     def check_rate(self, fps: float) -> None:
         """InputError for a cut-off that is given and that the filter does not have at that frame rate."""
-        if self.cutoff_hz is not None and self.classical != "none" and np.isfinite(fps):
+        if self.cutoff_hz is not None and np.isfinite(fps):
             check_cutoff(self.cutoff_hz, fps)
-
-    @property
-    def classical(self) -> Filter:
-        """The filter of the joints that angles are taken from."""
-        return "butterworth" if self.smoother == "auto" else self.smoother
 
 
 def _unknown(why: str) -> Notice:
@@ -149,33 +139,19 @@ def known_motions(
     return motions
 
 
-@dataclass(frozen=True)
-class Lowpass:
-    """What `smooth` did. cutoff_hz: None if it filtered nothing; too_slow: because the frame rate is too low for it.
-    values_lost: values of joints in pieces too short for the filter."""
+def smooth(level: PoseSequence, cutoff_hz: float | None = None) -> tuple[PoseSequence, float | None, int]:
+    """The same poses with the paths of every joint and the root through a Butterworth filter (two passes, order 4
+    together, no phase shift), inside their unbroken pieces (pipeline/signals/filters.py); its cut-off, None where
+    nothing was filtered; and how many values of joints were lost, as the history says too.
 
-    cutoff_hz: float | None = None
-    too_slow: bool = False
-    values_lost: int = 0
-
-
-def smooth(
-    level: PoseSequence, filter: Filter = "butterworth", cutoff_hz: float | None = None
-) -> tuple[PoseSequence, Lowpass]:
-    """The same poses with the paths of every joint and the root low-pass filtered, inside their unbroken pieces
-    (pipeline/signals/filters.py); and what was done, as the history says too.
-
-    filter: "butterworth" (two passes, order 4 together, no phase shift), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz.
 
     A joint is NaN in pieces too short for the filter. InputError for a given cut-off that the filter does not have at
     that frame rate.
     """
     times, seams = level.times, breaks(level)
-    if filter == "none":
-        return level.noted("low-pass filter", filter=filter), Lowpass()
     if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
-        return level.noted("low-pass filter", filter="none", unfiltered=True), Lowpass(too_slow=True)
+        return level.noted("low-pass filter", filter="none", unfiltered=True), None, 0
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
     joints = level.joints
 
@@ -186,8 +162,8 @@ def smooth(
     path = level.path and replace(level.path, points=smoothed(level.path.points))
     lost = int((is_finite(joints) & ~is_finite(result)).sum())
     filtered = level.with_(joints=result, path=path)
-    noted = filtered.noted("low-pass filter", filter=filter, cutoff_hz=cutoff, values_lost=lost)
-    return noted, Lowpass(cutoff, values_lost=lost)
+    noted = filtered.noted("low-pass filter", filter="butterworth", cutoff_hz=cutoff, values_lost=lost)
+    return noted, cutoff, lost
 
 
 def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> dict[str, np.ndarray]:
@@ -260,14 +236,15 @@ def unit_of(column: str, length: str) -> str:
     return _UNITS.get(last, "").format(length)
 
 
-def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notice]:
+def _notices(
+    path: PoseSequence, cutoff_hz: float | None, values_lost: int, known_error: bool
+) -> list[Notice]:
     """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
     if len(path) == 1:
         return []
-    if done.too_slow:
+    if cutoff_hz is None:
         return [notice("not-filtered", fps=rate(path.times), cutoff_hz=CUTOFF_HZ)]
-    if not done.values_lost:
+    if not values_lost:
         return []
     missing = "angles" if known_error else "paths, velocities and accelerations"
-    lost = {"values": done.values_lost, "cutoff_hz": done.cutoff_hz, "missing": missing}
-    return [notice("pieces-too-short", **lost)]
+    return [notice("pieces-too-short", values=values_lost, cutoff_hz=cutoff_hz, missing=missing)]

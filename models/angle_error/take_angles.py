@@ -189,18 +189,17 @@ def angle_rates(
     series: dict[str, AngleSeries],
     time_s: np.ndarray,
     breaks: Sequence[int] = (),
-    by_error: bool = True,
     noise: JointNoise | None = None,
     speed: np.ndarray | float = 0.0,
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{angle: (rate, standard deviation)}, both (T,) degrees a second, NaN where the angle is.
 
     series: of joints through the low-pass, at time_s (T,). An angle with stated errors goes through the smoother that
-    knows them (models/smoother.py), as a process that turns on where it passes the end of its range. breaks:
-    rows at which something new begins. by_error: False for derivatives, which is what an angle without stated errors
-    has anyway; their error is unknown. noise: of the lifter, the shipped one's without; speed: (T,) of `angle_series`.
+    knows them (models/smoother.py), as a process that turns on where it passes the end of its range. An
+    angle without them has its derivative, whose error is unknown. breaks: rows at which something new begins. noise: of
+    the lifter, the shipped one's without; speed: (T,) of `angle_series`.
     """
-    stated = [name for name, angle in series.items() if by_error and np.isfinite(angle.noise_deg).any()]
+    stated = [name for name, angle in series.items() if np.isfinite(angle.noise_deg).any()]
     rates = {
         name: (
             derivative(angle.value_deg, time_s, _with_turns(angle.value_deg, breaks)),

@@ -142,7 +142,7 @@ _ONLY_NUMBERS = " --set record=off --set report=off"  # of `run` and `batch`
 _SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size={4} --fps 30 "
 _OPTIONS = (
     "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=mask",
-    "--set trajectories.smoother=butterworth --set angles.smoother=butterworth", "--camera moving",
+    "--set trajectories.cutoff_hz=6", "--camera moving",
     "--focal {1} --set read.pitch={2} --set read.roll={3}", "--set rectify.rectifier=geometric",
 )  # fmt: skip
 _CAPTURED = "run --poses INPUTS/{}.npy --adapter arrays -O layout=H36M17 -O frame={} -O unit=m --fps {}"

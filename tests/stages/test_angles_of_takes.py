@@ -235,10 +235,10 @@ def test_rates_are_not_taken_where_an_angle_steps_around_or_a_clip_boundary_is(c
 def test_angles_do_not_flip_when_a_person_turns():
     poses = walker(seconds=4).poses
     turn = Rotation.from_euler("z", np.linspace(0, 400, len(poses))[:, None], degrees=True).as_matrix()
-    pipeline = Pipeline((Rectify("geometric"), Trajectories(smoother="none"), Angles()))
+    pipeline = Pipeline((Rectify("geometric"), Trajectories(), Angles()))
     walks, turns = (
         pipeline(Take("walker", poses=of)).kinematics
         for of in (poses, poses.with_(joints=rotate(turn, poses.joints), path=None))
     )
     for name in ANGLES:
-        np.testing.assert_allclose(turns[f"{name}_deg"], walks[f"{name}_deg"], atol=1e-3, err_msg=name)
+        np.testing.assert_allclose(turns[f"{name}_deg"], walks[f"{name}_deg"], atol=1e-2, err_msg=name)

@@ -101,16 +101,13 @@ def test_a_single_frame_has_no_path(facing_camera):
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
-    take = stage(facing_camera, 8, 30, smoother="butterworth")
+    take = stage(facing_camera, 8, 30, cutoff_hz=6.0)
     assert np.isnan(take.kinematics["r_wrist_x"]).all()
     assert "pieces-too-short" in codes(take)
-    kept = stage(facing_camera, 8, 30, smoother="none")
-    assert np.isfinite(kept.kinematics["r_wrist_vx"]).all()
-    assert not [event for event in kept.notices if event.weight == "warning"]
 
 
 def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera):
-    take = stage(facing_camera, 40, 10, smoother="butterworth")
+    take = stage(facing_camera, 40, 10)
     assert "not-filtered" in codes(take)
     assert np.isfinite(take.kinematics["r_wrist_x"]).all()
     with pytest.raises(InputError, match="Nyquist"):
@@ -173,9 +170,8 @@ def test_paths_have_errors_by_default_and_a_classical_filter_has_none(facing_cam
             assert (found[f"r_wrist_{prefix}{axis}_sd"] > 0).all()
     # LEVEL's x is the depth, of which less is known.
     assert np.median(found["r_wrist_x_sd"] / found["r_wrist_y_sd"]) > 1.5
-    for options in ({"smoother": "butterworth"}, {"cutoff_hz": 3.0}):
-        missing = found.keys() ^ kinematics(take, **options).keys()
-        assert missing == {name for name in found if name.endswith(("_sd", "_reason"))}
+    missing = found.keys() ^ kinematics(take, cutoff_hz=3.0).keys()
+    assert missing == {name for name in found if name.endswith(("_sd", "_reason"))}
     assert unit_of("r_wrist_ax_sd", "m") == "m/s2"
     assert unit_of("r_wrist_distance_sd", "m") == "m"
 
@@ -195,10 +191,10 @@ def test_a_run_says_why_its_paths_have_no_errors(facing_camera):
         said = [each for each in Trajectories()(each).notices if each.code == "errors-unknown"]
         assert len(said) == (why is not None)
         assert why is None or why in said[0].text
-        assert not Trajectories(smoother="butterworth")(each).notices
+        assert not Trajectories(cutoff_hz=6.0)(each).notices
     for each, errors in ((take, "stated"), (unstated, "estimated")):
         by_error, classical = (
-            Trajectories(smoother=name)(each).need("filtered").history for name in ("auto", "butterworth")
+            Trajectories(cutoff_hz=hz)(each).need("filtered").history for hz in (None, 6.0)
         )
         assert by_error[-1].options["joint_errors"] == errors
         assert classical[-1].name == "low-pass filter"

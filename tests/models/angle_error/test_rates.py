@@ -40,16 +40,17 @@ def test_an_error_is_smoothed_and_the_bars_hold_what_is_left():
     truth = 30 * SWING * np.cos(SWING * TIME)
     seen = series(30 * np.sin(SWING * TIME) + drift(8.0), 8.0)
     rate, sd = angle_rates(seen, TIME, noise=NOISE)["r_knee_flexion"]
-    plain, unknown = angle_rates(seen, TIME, by_error=False)["r_knee_flexion"]
+    unstated = {name: replace(of, noise_deg=np.full(len(TIME), np.nan)) for name, of in seen.items()}
+    plain, unknown = angle_rates(unstated, TIME)["r_knee_flexion"]
     assert np.sqrt(np.mean((rate - truth) ** 2)) < 0.6 * np.sqrt(np.mean((plain - truth) ** 2))
     assert np.mean(np.abs(rate - truth) <= 1.645 * sd) > 0.9
     assert np.isnan(unknown).all()
 
 
-@pytest.mark.parametrize("by_error", [True, False])
-def test_a_turn_past_the_end_of_the_range_goes_on(by_error):
+@pytest.mark.parametrize("sd", [1.0, np.nan])
+def test_a_turn_past_the_end_of_the_range_goes_on(sd):
     turning = np.mod(90 * TIME + 180, 360) - 180
-    rate, _ = angle_rates(series(turning, 1.0), TIME, by_error=by_error)["r_knee_flexion"]
+    rate, _ = angle_rates(series(turning, sd), TIME)["r_knee_flexion"]
     np.testing.assert_allclose(rate[10:-10], 90, atol=3)
 
 

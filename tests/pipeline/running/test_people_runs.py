@@ -21,7 +21,7 @@ from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import folder_names, run_files, run_people
 from refusals import refused
 
-UNFILTERED = {"trajectories.smoother": "none"}
+CUTOFF = {"trajectories.cutoff_hz": "7"}
 STAGES = ("clean", "scale", "rectify", "trajectories", "export")
 
 
@@ -127,11 +127,11 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path):
     recipe_of(tmp_path / "short.toml", *STAGES)
     options = RunOptions(
         poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7,
-        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric", **UNFILTERED},
+        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric", **CUTOFF},
     )  # fmt: skip
     run_files(options, str(tmp_path / "python"))
     words = f"--poses {options.poses} --fps 30 --recipe {options.recipe} --person 0 --stature 1.7 "
-    words += "".join(f"--set {place}={value} " for place, value in UNFILTERED.items())
+    words += "".join(f"--set {place}={value} " for place, value in CUTOFF.items())
     words += "--also csv --set read.pitch=25 --set read.roll=8 --set rectify.rectifier=geometric "
     words += f"-o {tmp_path / 'command'}"
     pcnet3d("run", *words.split())

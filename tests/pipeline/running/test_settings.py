@@ -85,7 +85,7 @@ def test_a_given_recipe_has_all_that_the_options_ask_for():
         keypoints=KEYPOINTS,
         lifter="geometric",
         also=("csv",),
-        settings=["clean.spike=0.7", "angles.smoother=none"],
+        settings=["clean.spike=0.7", "trajectories.cutoff_hz=7"],
     )
     recipe = load_recipe().starting_with("lift")
     assert planned(options, recipe) == planned(options)

@@ -35,8 +35,9 @@ def walked(walk) -> Callable[..., Take]:
                 halpe26(walk), HALPE26, Z_UP, time_s=poses.time_s, frame_index=poses.frame_index
             )
             poses = remap(points, body_in(points))
-        stages = Rectify("geometric"), Trajectories(smoother="none")
-        return Pipeline(stages)(Take("walker", poses=poses.with_(**changes)))
+        stages = Rectify("geometric"), Trajectories()
+        take = Pipeline(stages)(Take("walker", poses=poses.with_(**changes)))
+        return take.with_(filtered=take.need("rectified").level)
 
     return lambda feet=False, **changes: make(feet, **changes) if changes else made(feet)
 

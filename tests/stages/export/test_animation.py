@@ -191,8 +191,7 @@ def test_bvh_read_again_is_the_take(walked, tmp_path, names):
 
 def test_bvh_of_a_child_is_read_again_in_metres(tmp_path):
     child = walker(seconds=1, stature_m=1.1).poses
-    stages = Rectify("geometric"), Trajectories(smoother="none")
-    take = Pipeline(stages)(Take("child", poses=child))
+    take = Pipeline((Rectify("geometric"), Trajectories()))(Take("child", poses=child))
     write_bvh(take, tmp_path / "a.bvh")
     (poses,) = bvh.read(tmp_path / "a.bvh")
     thigh = np.linalg.norm(poses.joint("r_knee") - poses.joint("r_hip"), axis=-1)

@@ -1,6 +1,7 @@
 """The files of a run, read back."""
 
 import json
+from collections import ChainMap
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.running.sentences import trusted, up_bound
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.trajectories import Trajectories
+from pcnet3d.stages.trajectories import Trajectories, trajectory
 
 SESSION = Session("Visit 1", "P-07", "2026-03-31")
 
@@ -37,7 +38,10 @@ def take() -> Take:
         session=SESSION,
         notices=(own_notice("test.said", "careful"), notice("seam", rows=[3])),
     )
-    return Trajectories(smoother="none")(Rectify("geometric")(take))
+    take = Rectify("geometric")(take)
+    level = take.need("rectified").level
+    columns = [trajectory(level, joint) for joint in Trajectories.joints]
+    return take.with_(filtered=level, kinematics=dict(ChainMap(*columns)))
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +126,7 @@ def test_summary_tells_where_everything_came_from(folder):
     assert summary["rectification"]["method"] == "geometric"
     assert summary["rectification"]["frames_rectified"] == 7
     assert summary["rectification"]["error_deg_mean"] is None
-    assert [step["name"] for step in summary["history"]] == ["read", "rectify", "low-pass filter"]
+    assert [step["name"] for step in summary["history"]] == ["read", "rectify"]
 
 
 def rectification(folder) -> dict:
