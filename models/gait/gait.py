@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.signals.filters import resample
 from .contact import SIDES, contacts, leg_lengths
 from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
 
@@ -151,18 +150,6 @@ def separation(body: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) 
     3) in BODY axes; time_s: (T,)."""
     between = body[:, H36M17.index("r_ankle"), :2] - body[:, H36M17.index("l_ankle"), :2]
     return between * (-1, 1) / leg_lengths(body, time_s, seams)[:, None]  # BODY's x is back, its y is right
-
-
-def backward_steps(gait: Gait, ahead: np.ndarray, time_s: np.ndarray) -> int:
-    """How many steps are of walks in which most feet land behind the other. ahead: (T,) how far the right ankle is in
-    front of the left one, in any unit; time_s: (T,). Of 409 walks in lifted validation takes, 124 of them backwards,
-    all were told rightly."""
-    sign = {"r": 1.0, "l": -1.0}
-    count = 0
-    for walk in gait.walks:
-        landed = resample(ahead, time_s, np.array([step.stop_s for step in walk]))
-        count += len(walk) * int(np.median(landed * [sign[step.side] for step in walk]) < 0)
-    return count
 
 
 def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:

@@ -108,21 +108,12 @@ def over_belt(
     ankles: Mapping[str, np.ndarray],
     time_s: np.ndarray,
     gait: Gait,
-    ahead: np.ndarray,
-    told: float | None = None,
     seams: Sequence[int] = (),
 ) -> tuple[np.ndarray, float]:
-    """((T, 2), belt speed): the pelvis as the belt of a treadmill sees it, and how fast the belt runs; the same path
-    and 0 where the feet stay.
-
-    told: the belt's speed by its display, in units of length a second, which runs against where the person faces, ahead
-    (2,); None finds velocity and direction by the drift of the feet that stand.
-    """
-    if told is not None:
-        velocity = -told * ahead
-    else:
-        drift = belt_drift(*standing(root, ankles, time_s, walked_on(gait), seams))
-        velocity = np.zeros(2) if drift is None else drift
+    """((T, 2), belt speed): the pelvis as the belt of a treadmill sees it, and how fast the belt runs, by the drift of
+    the feet that stand; the same path and 0 where they stay."""
+    drift = belt_drift(*standing(root, ankles, time_s, walked_on(gait), seams))
+    velocity = np.zeros(2) if drift is None else drift
     return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))
 
 

@@ -170,13 +170,10 @@ _TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
         ("steps_by_knees", "steps by the knees", "", "page", "",
          "Steps towards the camera or away from it are hard to see; these are recognised by the knees' rhythm. Means "
          "leave them out."),
-        ("backward_steps", "backward steps", "", "page", "",
-         "Steps of walks in which the feet are put down behind each other; means are over both ways."),
         ("strides", "strides", "", "page", "", "From a foot's initial contact to its next."),
         ("belt_speed", "belt speed", "speed", "page", "gait", "Speed of the treadmill, by the feet that it carries."),
         ("gait", "gait", "text", "files", "",
          "`walking`, `running`, or `walking or running` where it is not known whether both feet were in the air."),
-        ("belt", "belt", "text", "page", "", "How the speed of the treadmill is known."),
         ("not_visible", "not visible", "text", "page", "", "Which end of a walk was not visible."),
         ("landings", "initial contacts", "moments", "files", "", "When the foot first touches the floor."),
         ("toe_offs", "toe-offs", "moments", "files", "", "When the foot leaves the floor (Perry & Burnfield 2010)."),

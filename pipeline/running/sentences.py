@@ -134,9 +134,7 @@ def _walked(walking: Measures, metric: bool) -> Iterator[_Movement]:
     steps = walking.figure("steps")
     if steps is None:
         return
-    back = walking.count("backward_steps")
     sentence = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
-    sentence += f" ({back} backwards)" if back else ""
     if walking.count("walks") == 1 and (lasts_s := walking.value("walked")):
         sentence += f" in {lasts_s:.1f} s"
     if ends := walking.text("not_visible"):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ...models.common.motion import motion_of
 from ...models.gait.take_walks import gait_of, walks_of
 from ...models.place.flights import airborne
@@ -27,12 +25,10 @@ from .walking import doubts, focal_doubts, walking
 
 @dataclass(frozen=True)
 class Measures:
-    """The stage. repeat: further angles whose repetitions are counted, such as "r_elbow_flexion". belt_speed: of a
-    treadmill, in the take's unit of length a second (m/s); where it is not told, the feet that stand tell it, if the
-    pelvis path is known. unusable: whether figures are made of poses that are unusable too."""
+    """The stage. repeat: further angles whose repetitions are counted, such as "r_elbow_flexion". unusable:
+    whether figures are made of poses that are unusable too."""
 
     repeat: tuple[str, ...] = ()
-    belt_speed: float | None = None
     unusable: bool = False
 
     name: ClassVar[str] = "measures"
@@ -45,11 +41,6 @@ class Measures:
                 raise InputError(
                     "name-unknown", f"There is no angle '{name}' to count; {did_you_mean(name, ALL_ANGLES)}"
                 )
-        if self.belt_speed is not None and not 0 < self.belt_speed < np.inf:
-            raise InputError(
-                "bad-value",
-                f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor.",
-            )
 
     def __call__(self, take: Take) -> Take:
         if not self.unusable and verdict(take.judged) == "unusable":
@@ -66,11 +57,11 @@ class Measures:
             *within("range_of_motion", range_rows(motion, angles)),
             *within("symmetry", symmetry_rows(motion, angles, compared)),
             *counted_rows(motion, counted),
-            *within("walking", walking(motion, gait, walks, self.belt_speed, compared.get("leg", ""))),
+            *within("walking", walking(motion, gait, walks, compared.get("leg", ""))),
             *within("jumps", jumps(motion, flown, jumped)),
             *within("off_keypoints", off_keypoints(motion)),
         )
         notices = exchanged(take, motion) + doubts(motion, gait) + focal_doubts(motion, gait, take.camera)
-        on_belt = any(row.name == "belt" for row in rows) and self.belt_speed is None
+        on_belt = any(row.name == "belt_speed" for row in rows)
         once = dict.fromkeys(rows)  # figures may share a reason
         return take.with_(measures=Rows(tuple(once))).saying(*notices, *[notice("on-a-belt")] * on_belt)

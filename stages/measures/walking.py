@@ -23,7 +23,7 @@ from ...models.gait.errors import (
     style_of,
 )
 from ...models.gait.events import Stride, contact_times
-from ...models.gait.gait import Gait, Values, backward_steps, separation, time_values
+from ...models.gait.gait import Gait, Values, time_values
 from ...models.gait.parameters import length_values, over_belt, standing, times_too_far, walked_on
 from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.camera import Camera
@@ -31,7 +31,6 @@ from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Measure, Remark, Row, withheld, within
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import transpose
 from ...pipeline.signals.filters import resample
 from .cycles import POINTS, mean_curve
 from .figures import deviation, moments, observable, spread, symmetry, unknown_deg, with_error
@@ -56,27 +55,22 @@ _TIMES = ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s")
 _NAMED = {figure.key: figure.name for figure in FIGURES.values() if figure.group == "walking"}
 
 
-def walking(
-    motion: Motion, gait: Gait, walks: Sequence[Walk], belt_speed: float | None, why_sides: str = ""
-) -> list[Row]:
-    """The group `walking`. walks: of the gait. belt_speed: a treadmill's, where the user gives it, in the unit
-    of the poses a second. why_sides: a code of WITHHELD where right and left are not compared."""
+def walking(motion: Motion, gait: Gait, walks: Sequence[Walk], why_sides: str = "") -> list[Row]:
+    """The group `walking`. walks: of the gait. why_sides: a code of WITHHELD where right and left are not compared."""
     if not motion.rectified.level_ok:
         return [observable(np.zeros(len(motion.times), dtype=bool))]
     judged = observable(motion.has(_LEGS))
     if not walks:
         return [judged]
-    lengths, over_floor, share = _lengths(motion, gait, belt_speed)
+    lengths, over_floor, share = _lengths(motion, gait)
     means = _means(motion, gait, lengths, share)
     enough = len(gait.strides) >= _STRIDES[gait.kind]
     phases = _phases(gait) if means.errors or enough else ()
     quick = motion.source.lifted and gait.kind == "walking" and means.style["step_time_s"] < _QUICK_S
-    back = backward_steps(gait, separation(motion.body, motion.times, motion.seams)[:, 0], motion.times)
     return [
         judged,
         Remark("gait", "walking or running" if quick or gait.mixed else gait.kind),
         *_counted(walks),
-        *([Measure("backward_steps", back)] if back else []),
         *over_floor,
         *means.rows(_OF_BOTH),
         means.cadence() if enough else withheld("few-strides", "cadence"),
@@ -349,26 +343,19 @@ def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
     return path_error(path.points, path.covariance, axis, *path.shared, filtered.times, gait.walks)
 
 
-def _lengths(motion: Motion, gait: Gait, belt_speed: float | None) -> tuple[Values, list[Row], float]:
+def _lengths(motion: Motion, gait: Gait) -> tuple[Values, list[Row], float]:
     """Lengths and speed of the walks, what is said of the belt or why there are none, and the share by which they are
-    all off alike. belt_speed: of `walking`."""
-    filtered, rectified = motion.filtered, motion.rectified
-    if motion.moving_camera or (filtered.root is None and belt_speed is None):
+    all off alike."""
+    if motion.moving_camera or motion.filtered.root is None:
         return {}, [withheld("camera-moves" if motion.moving_camera else "place-unknown", "lengths")], 0.0
-    root, ankles = _over_floor(filtered)
-    R_level_from_body = transpose(rectified.R_source_from_level) @ rectified.R_source_from_body
-    ahead = np.nanmean(-R_level_from_body[:, :2, 0], axis=0)
-    ahead = ahead / np.linalg.norm(ahead)
-    path, belt = over_belt(root, ankles, motion.times, gait, ahead, belt_speed, motion.seams)
+    root, ankles = _over_floor(motion.filtered)
+    path, belt = over_belt(root, ankles, motion.times, gait, motion.seams)
     values = length_values(gait, path, ankles, motion.times, motion.seams)
     if not any(np.isfinite(of).any() for of in values["step_length"].values()):
         return {}, [withheld("place-unknown", "lengths")], 0.0
     of_path = _path_error(motion, gait)[1]
     if not belt:
         return values, [], of_path
-    how, share = "its speed was given", 0.0
-    if belt_speed is None:
-        how = "its speed is that at which the standing foot drifts back"
-        share = _BELT_SHARE if motion.source.lifted and errors_of(motion.source) else float("nan")
-    speed = with_error("belt_speed", belt, share * belt or float("nan"))
-    return values, [speed, Remark("belt", how)], float(np.hypot(of_path, share))
+    share = _BELT_SHARE if motion.source.lifted and errors_of(motion.source) else float("nan")
+    speed = with_error("belt_speed", belt, share * belt)
+    return values, [speed], float(np.hypot(of_path, share))

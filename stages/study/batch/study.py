@@ -10,26 +10,22 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from ....models.angle_error.repeatability import figure_of
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.figures import GROUPS, OF_LENGTH, label_of
-from ....pipeline.core.measures import Measure, Side, nested, with_bar
+from ....pipeline.core.measures import nested, with_bar
 from ....pipeline.core.messages import bound_in_words, how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
-from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
-from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN, POSES_ARE, judgement
+from ....pipeline.running.sentences import ERRORS_OF_ANGLES, POSES_ARE, judgement
 from ....pipeline.signals.checks import bone_spread
 from ...drawing.facts import mean
-from ...drawing.page import Cell, Link, Number, answer, box, heading, joined, page, small, table
+from ...drawing.page import Cell, Link, Number, answer, box, page, small, table
 from .manifest import LABELS
 
 _QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
-_COUNTS = ("count", "steps")  # of movements, which the page shows beside the figures that have errors
 # Of a notice.
 _SAID = ("code", "weight", "about", "text")
 
@@ -54,8 +50,7 @@ Row = Mapping[str, Any]  # of a take, or of a person of it; a failed one has its
 
 def figures(folder: Path) -> tuple[dict[str, Any], ...]:
     """What the table says of a take's folder, a row for each person who has a run in it. numbers: all single numbers by
-    their keys, as in summary.json. What `write_table` has not: measures, by `place`, those that the page shows.
-    InputError when a file is not as a run writes it."""
+    their keys, as in summary.json. InputError when a file is not as a run writes it."""
     people = [path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / POSES).exists()]
     return tuple(_figures(run, run.relative_to(folder.parent.parent)) for run in people or [folder])
 
@@ -96,7 +91,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "bone_length_spread": bone_spread(poses),
         "numbers": {printable(name): value for name, value in _numbers(nested(take.figures))},
     }
-    return {**plain(row), "measures": _shown(take)}
+    return plain(row)
 
 
 def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, float]]:
@@ -106,23 +101,6 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
             yield from _numbers(value, f"{above}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield f"{above}{key}", float(value)
-
-
-def _shown(take: Take) -> dict[str, Measure]:
-    """The take's figures that takes are compared by, and its counts, by place, but no length without a scale."""
-    metric = take.need("poses").frame.metric
-    return {
-        place(row): row
-        for row in take.figures
-        if isinstance(row, Measure)
-        and (figure_of(row, "walking") or (row.name in _COUNTS and row.number is None))
-        and (metric or row.unit not in OF_LENGTH)
-    }
-
-
-def place(measure: Measure) -> str:
-    """Its groups and its name: `walking.cadence`."""
-    return ".".join((*measure.group, measure.name))
 
 
 def doubts(rows: Sequence[Row]) -> dict[str, list[Row]]:
@@ -174,12 +152,7 @@ def as_page(title: str, rows: Sequence[Row]) -> str:
     """study.html."""
     done = [row for row in rows if row["state"] == "done"]
     failed = [row for row in rows if row["state"] == "failed"]
-    sections = [
-        ("Failed takes", _failed(failed)),
-        ("Takes", _takes(done)),
-        ("Figures", _figure_tables(done)),
-    ]
-    return page(title, _head(rows, done), sections)
+    return page(title, _head(rows, done), [("Failed takes", _failed(failed)), ("Takes", _takes(done))])
 
 
 def _head(rows: Sequence[Row], done: Sequence[Row]) -> Markup:
@@ -231,40 +204,12 @@ def _takes(rows: Sequence[Row]) -> Markup:
         ),
         "warnings": [sum(each["weight"] in WARNS for each in row.get("notices", ())) for row in rows],
     }
-    about = "A take's name links to its report. Click a column's heading to sort by it."
+    about = (
+        "A take's name links to its report. Click a column's heading to sort by it. study.csv and study.parquet have "
+        "all figures."
+    )
     return _table(rows, columns) + small(about) if rows else Markup("")
 
 
 def _written(rows: Sequence[Row], name: str, in_words: Callable[[float], str]) -> list[Cell]:
     return [None if row.get(name) is None else Number(in_words(row[name])) for row in rows]
-
-
-def _figure_tables(rows: Sequence[Row]) -> Markup:
-    """A table for each group of the catalogue of figures, and for each side."""
-    groups: dict[tuple[str, Side], dict[str, list[Cell]]] = {}
-    for key, measure in {key: of for row in rows for key, of in row.get("measures", {}).items()}.items():
-        of = [row.get("measures", {}).get(key) for row in rows]
-        cells: list[Cell] = [None if each is None else Number(_counted(each)) for each in of]
-        groups.setdefault((measure.group[0], measure.side), {})[_named(measure)] = cells
-    tables = [
-        heading(", ".join(filter(None, [GROUPS[group].title.capitalize(), side]))) + _table(rows, columns)
-        for (group, side), columns in groups.items()
-    ]
-    about = (
-        f"Ranges are from the 5th to the 95th percentile of the frames. {NINE_IN_TEN} "
-        "study.csv and study.parquet have all figures."
-    )
-    return small(about) + joined(tables) if tables else Markup("")
-
-
-def _counted(measure: Measure) -> str:
-    """A figure, of a count that may be more "3 or more", which sorts as 3 does."""
-    return measure.in_words() + " or more" * measure.at_least
-
-
-def _named(measure: Measure) -> str:
-    """A measure with its unit, such as "right: cadence (steps/min)"; of ranges the angle."""
-    group, *inner = measure.group
-    if group == "range_of_motion":
-        return f"{label_of(inner[0])} (°)"
-    return ": ".join([*map(label_of, inner), measure.about.label_with_unit()])

@@ -95,14 +95,14 @@ def test_feet_that_drift_ahead_are_on_no_belt(share):
     """A woman on a lawn, whose legs BlazePose lifted too short, walked on a treadmill at 0.37 m/s."""
     root, ankles, gait = striding()
     short = {side: share * ankle for side, ankle in ankles.items()}
-    assert over_belt(root, short, TIME, gait, np.array([1.0, 0.0]))[1] == 0
+    assert over_belt(root, short, TIME, gait)[1] == 0
 
 
 def test_who_gets_on_over_the_floor_is_on_no_belt():
     """A shuffler, whose path was 0.4 of what his feet told, was put on a treadmill at three times his speed."""
     root, ankles, gait = striding()
-    assert over_belt(0.4 * root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] == 0
-    assert over_belt(0.1 * root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] > 0
+    assert over_belt(0.4 * root, ankles, TIME, gait)[1] == 0
+    assert over_belt(0.1 * root, ankles, TIME, gait)[1] > 0
 
 
 def test_who_walks_there_and_backwards_again_is_on_no_belt():

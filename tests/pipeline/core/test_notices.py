@@ -11,7 +11,6 @@ from typing import get_args
 
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.core.figures import (
@@ -27,6 +26,7 @@ from pcnet3d.pipeline.core.notice_catalogue import CATALOGUE
 from pcnet3d.pipeline.core.notices import Notice, notice, own_notice, verdict, without_doubles
 from pcnet3d.pipeline.core.refusals import REFUSALS, Refusal
 from pcnet3d.pipeline.core.take import Take
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.options import option_types
 from pcnet3d.pipeline.reading.find import adapters
@@ -219,7 +219,7 @@ def test_every_row_of_the_catalogue_is_whole_and_names_one_quantity():
 
 
 def test_a_group_answers_for_its_figures():
-    measures = rows_of(
+    measures = read_measures(
         {
             "walking": {
                 "gait": "walking", "steps": 7, "cadence_withheld": "few-strides",

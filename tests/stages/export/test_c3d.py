@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from golden.waving import FPS, ROWS, WALK, exported, made
 from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.notices import own_notice
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.markers import write_c3d
 from pcnet3d.stages.export.stage import Export
@@ -55,7 +55,7 @@ def test_c3d_read_again_is_on_the_clock_of_the_take_or_says_when_it_is(
 
 
 def test_c3d_has_the_events_of_a_walk_and_none_without_one(ezc3d, take, tmp_path):
-    write_c3d(take.with_(measures=rows_of(WALK)), tmp_path / "markers.c3d")
+    write_c3d(take.with_(measures=read_measures(WALK)), tmp_path / "markers.c3d")
     event = {name: of["value"] for name, of in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]["EVENT"].items()
              if name != "__METADATA__"}  # fmt: skip
     assert event["USED"][0] == 5

@@ -39,7 +39,8 @@ def take() -> Take:
         notices=(own_notice("test.said", "careful"), notice("seam", rows=[3])),
     )
     take = Rectify("geometric")(take)
-    level = take.need("rectified").level
+    rectified = take.need("rectified")
+    level = rectified.level.without(np.repeat(~rectified.turned[:, None], 17, axis=1))
     columns = [trajectory(level, joint) for joint in Trajectories.joints]
     return take.with_(filtered=level, kinematics=dict(ChainMap(*columns)))
 

@@ -9,11 +9,11 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from golden.measures import rows_of
 from golden.waving import FPS, ROWS, exported, made
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, floor_height
 from pcnet3d.pipeline.core.frames import METRES, Frame
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -243,7 +243,7 @@ def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
         folder.mkdir()
     except (OSError, UnicodeError):
         pytest.skip("this system has no such names")
-    take = take.with_(measures=rows_of({"walking": {"walking_speed": 1.5}}))
+    take = take.with_(measures=read_measures({"walking": {"walking_speed": 1.5}}))
     assert all(file.stat().st_size for file in exported(take, folder, writer).iterdir())
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.models.gait.events import Stride
 from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, Take
 from pcnet3d.pipeline.core.measures import Measure, Measures, nested, withheld
@@ -104,7 +103,7 @@ def test_a_row_has_the_error_the_side_the_unit_and_the_times_of_its_figure():
         "left": {"mean_step_length": 0.6},
     }
     poses = PoseSequence(np.zeros((1, 17, 3)), H36M17, Z_UP)
-    measures = rows_of({"knee_bends": {"count": 2, **bends}, "walking": walking})
+    measures = read_measures({"knee_bends": {"count": 2, **bends}, "walking": walking})
     assert nested(measures) == {"knee_bends": {"count": 2, **bends}, "walking": walking}
     found = list(rows(Take("t", poses=poses, measures=measures)))
     assert [row.measure for row in found] == [

@@ -5,8 +5,8 @@ import base64
 import pytest
 from markupsafe import Markup
 
-from golden.measures import rows_of
 from pcnet3d.pipeline.core.notices import notice, own_notice
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.stages.drawing.page import page
 from pcnet3d.stages.report.stage import report
 
@@ -61,7 +61,7 @@ def test_on_a_telephone_picture_and_skeleton_are_whole_on_the_first_screen(walk_
         "range_of_motion": dict.fromkeys(names, ends),
     }  # fmt: skip
     without_scale = notice("no-scale", lengths="Lengths have no unit")
-    take = walk_take.with_(video=film(), measures=rows_of(figures)).saying(without_scale)
+    take = walk_take.with_(video=film(), measures=read_measures(figures)).saying(without_scale)
     browser = opened(report(take), 390)
     assert browser.value("document.querySelectorAll('.figures .large').length") == 6
     bottom = "document.querySelector('.player .screens').getBoundingClientRect().bottom"

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.pipeline.core.figures import WITHHELD
 from pcnet3d.pipeline.core.measures import Measure, Measures, half_bar
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.signals.angles import MIDLINE
 from pcnet3d.pipeline.signals.foot_angles import ALL_OF_BOTH
 from pcnet3d.stages.measures.stage import Measures as Stage
@@ -20,7 +20,7 @@ CURVE = np.linspace(0, 60, 101).tolist()
 
 
 def page(figures, metric=True) -> str:
-    return happened(rows_of(figures), metric)
+    return happened(read_measures(figures), metric)
 
 
 def figures(said: str) -> dict[str, str]:
@@ -85,7 +85,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
         },
         "walking": {"steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.2},
     }  # fmt: skip
-    beside, said = ranges(rows_of(measures), None), page(measures)
+    beside, said = ranges(read_measures(measures), None), page(measures)
     assert "<td class=soft>-19 ±\u00a041\u00a0%</td>" in beside
     assert "<td>45 ±\u00a026\u00a0%</td>" in beside
     assert f"<td class=soft>{WITHHELD['sides-unlike']}</td>" in beside
@@ -101,10 +101,10 @@ def test_angles_without_a_range_say_why():
         name: {"withheld": "few-frames"} for name in ("r_knee_flexion", "l_knee_flexion", "l_hip_abduction")
     }
     of = {**why, "pelvis_obliquity": {"withheld": "detector-unsure"}, "r_hip_abduction": known}
-    told = str(ranges(rows_of({"range_of_motion": of}), None))
+    told = str(ranges(read_measures({"range_of_motion": of}), None))
     assert f"No range of knee flexion, left hip abduction: {WITHHELD['few-frames']}." in told
     assert f"No range of pelvic obliquity: {WITHHELD['detector-unsure']}." in told
-    assert "No range" not in str(ranges(rows_of({"range_of_motion": {"r_hip_abduction": known}}), None))
+    assert "No range" not in str(ranges(read_measures({"range_of_motion": {"r_hip_abduction": known}}), None))
 
 
 def test_what_has_no_error_beside_what_has_one_says_so():
@@ -114,10 +114,10 @@ def test_what_has_no_error_beside_what_has_one_says_so():
     foot = {"p05_deg": 18.0, "p95_deg": 77.0}
     of = {"l_knee_flexion": knee, "l_foot_progression": foot}
     assert "<td class=soft>18\u00a0to\u00a077, error not known</td>" in ranges(
-        rows_of({"range_of_motion": of}), "disagreement"
+        read_measures({"range_of_motion": of}), "disagreement"
     )
     alone = {"range_of_motion": {"l_foot_progression": foot}}  # the page says that no error is known
-    assert "not known)" not in ranges(rows_of(alone), "none")
+    assert "not known)" not in ranges(read_measures(alone), "none")
     shown = figures(page({"walking": {"walking_speed": 1.1, "mean_step_width": 0.24, "steps": 3}}))
     assert (shown["speed"], shown["mean step width"], shown["steps"]) == (
         "1.1 m/s, error not known", "0.24 m, error not known", "3",
@@ -206,7 +206,7 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     hip = {"symmetry_index_percent": 30.0, "symmetry_index_error_percent": 6.0, "within_error": False}
 
     def compared(figures):
-        return sides_compared(rows_of(figures))
+        return sides_compared(read_measures(figures))
 
     assert compared({}) == []
     assert (
@@ -232,9 +232,9 @@ def test_one_difference_among_many_may_be_chance():
     angles = [name for name in ALL_OF_BOTH if name not in MIDLINE]
     figures = {name: {"symmetry_index_percent": 2.0, "symmetry_index_error_percent": 20.0} for name in angles}
     figures[angles[0]] = {"symmetry_index_percent": 50.0, "symmetry_index_error_percent": 20.0}
-    assert sides_compared(rows_of({"symmetry": figures})) == []
+    assert sides_compared(read_measures({"symmetry": figures})) == []
     figures[angles[0]] = {"symmetry_index_percent": 150.0, "symmetry_index_error_percent": 20.0}
-    (said,) = sides_compared(rows_of({"symmetry": figures}))
+    (said,) = sides_compared(read_measures({"symmetry": figures}))
     assert "differ in" in said
     assert "+150" in said
     assert said.count("±") == 1

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.report.trust import trust
 
@@ -187,6 +187,8 @@ def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
 
 def test_where_limbs_contradict_their_keypoints_that_is_said(good):
     """Both legs of a man in profile were drawn exchanged, beside "No exchanged limbs were found"."""
-    off = good.with_(measures=rows_of({"off_keypoints": {"r_leg": {"start_s": [3.4], "stop_s": [4.0]}}}))
+    off = good.with_(
+        measures=read_measures({"off_keypoints": {"r_leg": {"start_s": [3.4], "stop_s": [4.0]}}})
+    )
     assert level(off) == "care"
     assert "their keypoints: right leg from 3.40 to 4.00 s." in told(off)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.lab.evaluation import gait as module
 from pcnet3d.models.lab.evaluation.evaluate import tabled
@@ -11,6 +10,7 @@ from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
 from pcnet3d.models.lab.evaluation.judge import STRANGERS, Stated
 from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.models.lab.fits.gait_errors import widened
+from pcnet3d.pipeline.files.measures import read_measures
 
 
 def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk, monkeypatch):
@@ -51,7 +51,7 @@ def test_steps_that_were_not_counted_are_no_part_of_what_is_judged():
     feet = {side: [Stance(side, at_s, at_s + 0.3) for at_s in of] for side, of in true.items()}
     steps = [
         (step.start_s, step.stop_s)
-        for walk in true_walks(rows_of({"walking": found}).group("walking"), feet)
+        for walk in true_walks(read_measures({"walking": found}).group("walking"), feet)
         for step in walk
     ]
     assert steps == [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5), (3.5, 4.0), (4.0, 4.5), (4.5, 5.0)]

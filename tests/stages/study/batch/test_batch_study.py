@@ -6,15 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import RunOptions, read_run, run_files
-from pcnet3d.pipeline.core.measures import Measure
+from pcnet3d.pipeline import RunOptions, run_files
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
-from pcnet3d.stages.study.batch.study import _shown, as_page, figures
+from pcnet3d.stages.study.batch.study import as_page, figures
 from pcnet3d.stages.study.batch.take import Outcome, result_key
 
 SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
@@ -23,12 +21,12 @@ SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
 def figureless(name="t", **more):
     """A row of a take whose run has no figures."""
     labels = {"name": name, "subject": "", "visit": "", "condition": "", "state": "done"}
-    return {**labels, "level_ok": None, "judgement": "", "frames": None, "measures": {}, **more}
+    return {**labels, "level_ok": None, "judgement": "", "frames": None, **more}
 
 
 def test_people_of_one_take_are_counted_as_one_take():
     entry = Entry("t", RunOptions(), {"subject": "", "visit": "", "condition": ""})
-    people = [{"person": p, "level_ok": p != "1", "judgement": "suspicious", "measures": {}} for p in "012"]
+    people = [{"person": p, "level_ok": p != "1", "judgement": "suspicious"} for p in "012"]
     page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]))
     assert "1 take done, 0 failed." in page
     assert "Of 3 runs: 3 with suspicious poses, 1 not levelled." in page
@@ -77,58 +75,11 @@ def test_figures_are_single_numbers_by_their_keys(made):
     assert found["device"] == "cpu, cuda"
     assert found["numbers"] == {"walking.steps": 3.0, "walking.right.mean_step_time_s": 0.5}
     assert isinstance(found["numbers"]["walking.steps"], float)
-    assert {key: measure.unit for key, measure in found["measures"].items()} == {
-        "walking.steps": "",
-    }
     assert [each["text"] for each in found["notices"]] == [SAID["text"], "a name ?"]
     assert (found["frames"], found["fps"], found["method"]) == (60, pytest.approx(30), "geometric")
     assert found["report"] == ""
     (run / "report.html").write_text("")
     assert figures(run)[0]["report"] == "takes/a/report.html"
-
-
-def test_the_page_shows_figures_that_takes_are_compared_by_and_counts(made):
-    """No length without a scale."""
-    figures = {
-        "walking": {
-            "frames": 60, "cadence_spm": 100.0, "cadence_error_spm": 1.0, "walking_speed": 1.2,
-            "walking_speed_error": 0.1, "landings_s": [1.0],
-        },
-        "off_keypoints": {"r_arm": {"start_s": [3.0], "stop_s": [4.0]}},
-        "knee_bends": {"count": 3.0},
-        "range_of_motion": {"r_knee_flexion": {"p05_p95_deg": 50.0, "p95_deg": 60.0}},
-    }  # fmt: skip
-    take = read_run(made()).with_(measures=rows_of(figures))
-    frame = take.need("poses").frame
-    others = {"walking.cadence", "knee_bends.count", "range_of_motion.r_knee_flexion.p05_p95"}
-    assert set(_shown(take)) == {*others, "walking.walking_speed"}  # metres
-    without_scale = take.with_(poses=take.need("poses").with_(frame=frame.with_(unit="arbitrary")))
-    assert set(_shown(without_scale)) == others
-
-
-@pytest.mark.parametrize(
-    ("value", "error", "shown"),
-    [
-        (97.31, 2.4, "97 ± 4"),
-        (97.31, 0.0, "97.31 ± 0"),
-        (97.31, None, "97"),
-        (1.234, None, "1.2"),
-        (123.0, None, "123"),
-    ],
-)
-def test_a_figure_has_the_digits_that_it_has_in_its_report(value, error, shown):
-    """One without an error had three, and the bar of another two digits more."""
-    of = Measure("cadence", value, error, group=("walking",))
-    assert of.in_words() == shown
-    assert f">{shown}</td>" in as_page("Study", [figureless(measures={"walking.cadence": of})])
-
-
-def test_a_count_that_may_be_more_is_said_to_be():
-    """The report had "at least 3 squats", the study's page 3."""
-    for at_least in (True, False):
-        of = Measure("count", 3, at_least=at_least, group=("knee_bends",))
-        page = as_page("Study", [figureless(measures={"knee_bends.count": of})])
-        assert f">3{' or more' * at_least}</td>" in page
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from golden.html import Page
-from golden.measures import rows_of
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.study.compare.align import correlated
@@ -75,7 +75,7 @@ def ranging(side, **ranges):
     """The side as a take with these ranges of motion, each known to 4 degrees: their width, or more of each."""
     of = {name: more if isinstance(more, dict) else {"p05_p95_deg": more} for name, more in ranges.items()}
     known = {name: {"p05_p95_error_deg": 4.0, **more} for name, more in of.items()}
-    return with_run(side, measures=rows_of({"range_of_motion": known}))
+    return with_run(side, measures=read_measures({"range_of_motion": known}))
 
 
 def of_visit(side, low_deg, high_deg, speed):
@@ -83,7 +83,7 @@ def of_visit(side, low_deg, high_deg, speed):
     ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
     ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "usual_error_deg": 3.0}
     walking = {"walking_speed": speed, "walking_speed_error": 0.05, "steps": 4}
-    measures = rows_of({"range_of_motion": ranges, "walking": walking})
+    measures = read_measures({"range_of_motion": ranges, "walking": walking})
     return replace(with_run(side, measures=measures), metric=True)
 
 
@@ -178,10 +178,11 @@ def test_why_a_difference_is_not_told(sides):
     """ "compared: nothing", and dashes without a reason."""
     both = {"p05_p95_deg": 50.0}
     first = with_run(
-        sides[0], measures=rows_of({"range_of_motion": {"r_knee_flexion": both, "l_knee_flexion": both}})
+        sides[0],
+        measures=read_measures({"range_of_motion": {"r_knee_flexion": both, "l_knee_flexion": both}}),
     )
     later = with_run(
-        sides[1], measures=rows_of({"range_of_motion": {"r_knee_flexion": {"p05_p95_deg": 60.0}}})
+        sides[1], measures=read_measures({"range_of_motion": {"r_knee_flexion": {"p05_p95_deg": 60.0}}})
     )
     right, left = changes(later, first, True)
     assert (right.reason, right.difference, right.differs) == ("error-unknown", 10.0, None)
