@@ -8,6 +8,7 @@ import numpy as np
 
 from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import Moments
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
 from ...pipeline.signals.filters import nearest_row
@@ -42,21 +43,21 @@ def angled(take: Take) -> bool:
     return any(angle_bands(take, name) for name in ALL_OF_BOTH)
 
 
-def log_angles(recording: rr.RecordingStream, take: Take) -> None:
+def log_angles(recording: rr.RecordingStream, take: Take, clock: PoseSequence, gaps: np.ndarray) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
-    standard deviation is stated. Rows are those of take.poses."""
-    poses = take.need("poses")
+    standard deviation is stated. clock: with the rows of `gaps`, before which nothing is known."""
     for name in ALL_OF_BOTH:
         if (shown := angle_bands(take, name)) is None:
             continue
-        (value, band), parts = shown, sides_of(name)
+        value, band = (np.insert(values, gaps, np.nan, axis=0) for values in shown)
+        parts = sides_of(name)
         colours = [MIDDLE] if len(parts) == 1 else [RIGHT, LEFT]
-        log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
+        log_curves(recording, f"angles/{name}", clock, value, [f"{p} (deg)" for p in parts], colours)
         if np.isfinite(band).any():
             thin = [faint(colour, 0.4) for colour in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
-                log_curves(recording, f"angles/{name}/{end}", poses, values, names, thin, width=0.75)
+                log_curves(recording, f"angles/{name}/{end}", clock, values, names, thin, width=0.75)
 
 
 def log_marks(recording: rr.RecordingStream, take: Take) -> None:

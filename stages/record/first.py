@@ -32,7 +32,7 @@ def log_first(recording: rr.RecordingStream, take: Take, size: float) -> None:
     """Places in the room, LEVEL, of what is logged by itself: level; source, upright as in its image, beside it; and
     walk/along, which goes along with the pelvis over the floor. walk/floor: the floor's lines.
 
-    Rows are those of the take's poses, where gaps are marked. Without a path all stay where they are."""
+    Without a path all stay where they are."""
     import rerun as rr
 
     rectified, poses = take.need("rectified"), take.need("poses")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
@@ -28,7 +29,7 @@ from ..drawing.rerun_log import (
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles, log_marks
 from .first import log_first
-from .gaps import angles_with_gaps_marked, gaps_marked
+from .gaps import gap_rows, gaps_marked, last_frame
 from .horizon import log_horizon
 from .views import views
 from .walk import log_room
@@ -92,33 +93,35 @@ def record(take: Take, path: str | Path) -> None:
         if take.video and parts:
             log_video(recording, parts, on_clock(take.video, poses), take.video.span[0])
         file.check()
-        shown = gaps_marked(take)
-        _log_poses(recording, shown, size)
-        log_first(recording, shown, size)
-        _log_rotation(recording, shown)
-        del shown
+        last = last_frame(take)
+        gaps = gap_rows(poses, last)
+        if take.keypoints is not None:
+            keypoints = gaps_marked(take.keypoints, gap_rows(take.keypoints, last))
+            log_skeleton(recording, "video/keypoints", keypoints, radius=-3.0)
+        for entity, of, radius in (
+            ("source", poses, 0.024),
+            ("body", take.rectified.body, 0.024),
+            ("level", take.rectified.level, 0.04),
+        ):
+            log_skeleton(recording, entity, gaps_marked(of, gaps), radius * size)
+        log_first(recording, take, size)
+        clock = gaps_marked(poses, gaps)
+        _log_rotation(recording, take.rectified, clock, gaps)
         file.check()
         log_room(recording, take, size)
         log_marks(recording, take)
         log_horizon(recording, take)
-        log_angles(recording, angles_with_gaps_marked(take))
+        log_angles(recording, take, clock, gaps)
         log_notices(recording, take.said, poses)
         lines = "\n".join(f"- {name}: {text}" for name, text in provenance(take).items())
         text = rr.TextDocument(lines, media_type=rr.MediaType.MARKDOWN)
         recording.log("provenance", text, static=True)
 
 
-def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    if take.keypoints is not None:
-        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
-    source, rectified = take.need("poses"), take.need("rectified")
-    log_skeleton(recording, "source", source, radius=0.024 * size)
-    log_skeleton(recording, "body", rectified.body, radius=0.024 * size)
-    log_skeleton(recording, "level", rectified.level, radius=0.04 * size)
-
-
-def _log_rotation(recording: rr.RecordingStream, take: Take) -> None:
-    poses, rectified = take.need("poses"), take.need("rectified")
+def _log_rotation(
+    recording: rr.RecordingStream, rectified: Rectified, clock: PoseSequence, gaps: np.ndarray
+) -> None:
+    """clock: with the rows of `gaps`, before which nothing is known."""
     curves = {
         "error": ("expected error (deg)", rectified.error_deg, _ERROR),
         "up": ("vote off the take's up (deg)", angle_deg(rectified.up_votes, shared_up(rectified)), _UP),
@@ -126,4 +129,6 @@ def _log_rotation(recording: rr.RecordingStream, take: Take) -> None:
     }
     for entity, (name, values, colour) in curves.items():
         if np.isfinite(values).any():
-            log_curves(recording, f"rotation/{entity}", poses, values, [name], [colour])
+            log_curves(
+                recording, f"rotation/{entity}", clock, np.insert(values, gaps, np.nan), [name], [colour]
+            )
