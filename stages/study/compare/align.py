@@ -56,23 +56,22 @@ def aligned(
 ) -> tuple[Alignment | None, list[Notice]]:
     """How the side's clock is brought to the reference's, None for takes of different motions, and doubts."""
     together = one_clock(side, reference)
-    if align == "auto" and reference.run is not None and not together:
-        return None, []
-    if align == "stamps" or (align == "auto" and together):
-        how = _stamped(side, reference, offset_s)
-    else:
-        how = correlated(side, reference, offset_s, search_s)
-    doubts = list[Notice]()
-    both: dict[str, Any] = {"run": side.name, "other": reference.name}
-    if not how.r >= WEAK:
-        doubts.append(notice("angles-weak", **both, r=how.r))
-    elif how.runner_up > AMBIGUOUS * how.r:
-        values: dict[str, Any] = {"r": how.r, "runner_up": how.runner_up, "offset_s": offset_s}
+    if align == "auto":
+        if reference.run is not None and not together:
+            return None, []
+        align = "stamps" if together else "correlate"
+    how = (
+        _stamped(side, reference, offset_s)
+        if align == "stamps"
+        else correlated(side, reference, offset_s, search_s)
+    )
+    if how.r >= WEAK and how.runner_up > AMBIGUOUS * how.r:
         so = f"The shift nearest to {offset_s:g} s (--offset) was used: {NARROW}."
-        doubts.append(notice("shift-ambiguous", run=side.name, **values, so=so))
-    elif how.r < _UNUSUAL and not together:
-        doubts.append(notice("angles-weak", **both, r=how.r))
-    return how, doubts
+        values: dict[str, Any] = {"r": how.r, "runner_up": how.runner_up, "offset_s": offset_s}
+        return how, [notice("shift-ambiguous", run=side.name, **values, so=so)]
+    if how.r >= (WEAK if together else _UNUSUAL):
+        return how, []
+    return how, [notice("angles-weak", run=side.name, other=reference.name, r=how.r)]
 
 
 def _stamped(side: Side, reference: Side, shift_s: float) -> Alignment:
@@ -81,7 +80,7 @@ def _stamped(side: Side, reference: Side, shift_s: float) -> Alignment:
     r, common = _score(_angles(side, side.time_s, names), _angles(reference, side.time_s + shift_s, names))
     inside = ((side.time_s >= times[0]) & (side.time_s <= times[-1])).sum()
     if inside < 3 or not common:
-        raise _apart(side, reference, f"an offset of {shift_s:g} s")
+        raise files_apart(_clocks(side, reference), f"an offset of {shift_s:g} s")
     return Alignment("time stamps", shift_s, r)
 
 
@@ -91,16 +90,11 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     """
     step_s = max(*(float(np.median(np.diff(each.time_s))) for each in (side, reference)), _FINEST_S)
     times, names = np.arange(side.time_s[0], side.time_s[-1] + 1e-9, step_s), _of_both(side, reference)
-    best = best_shift(
-        times,
-        _angles(side, times, names),
-        lambda at_s: _angles(reference, at_s, names),
-        _score,
-        offset_s,
-        search_s,
-    )
+    angles = _angles(side, times, names)
+    best = best_shift(times, angles, lambda at_s: _angles(reference, at_s, names), _score, offset_s, search_s)
     if best is None:
-        raise _apart(side, reference, f"an offset of {offset_s:g} s and shifts up to {search_s:g} s")
+        tried = f"an offset of {offset_s:g} s and shifts up to {search_s:g} s"
+        raise files_apart(_clocks(side, reference), tried)
     shift_s, r, runner_up = best
     # To 0.1 ms: takes of one clock come out at 0, and lose no row at their ends.
     return Alignment("cross-correlation", round(shift_s, 4), r, runner_up)
@@ -225,10 +219,9 @@ def _score(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
     a, b = np.where(both, a, 0.0), np.where(both, b, 0.0)
     a, b = (np.where(both, x - x.sum(axis=0) / count, 0.0) for x in (a, b))
     energy = float(np.sqrt((a**2).sum() * (b**2).sum()))
-    return (float((a * b).sum()) / energy if energy > 1e-9 else float("nan")), float(
-        both.sum() / both.shape[1]
-    )
+    r = float((a * b).sum()) / energy if energy > 1e-9 else float("nan")
+    return r, float(both.sum() / both.shape[1])
 
 
-def _apart(side: Side, reference: Side, tried: str) -> InputError:
-    return files_apart({each.name: each.time_s for each in (side, reference)}, tried)
+def _clocks(*sides: Side) -> dict[str, np.ndarray]:
+    return {side.name: side.time_s for side in sides}

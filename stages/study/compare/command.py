@@ -20,7 +20,7 @@ from ....pipeline.reading.settings import Force
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
 from .align import Align
-from .comparison import as_page, compared, figures, result
+from .comparison import as_page, compared, conclusion, figures, shift_in_words
 from .imu import compared_with, read_sensors, sensed_page
 from .side import load_side, named_apart, with_truth
 
@@ -108,7 +108,7 @@ def compare(
         comparison = compared(sides, align, offset, search)
         content = {"what": "comparison", **figures(comparison)}
         html, notices = as_page(comparison), comparison.notices
-        lines = [line for pair in comparison.pairs for line in result(pair)]
+        lines = [line for pair in comparison.pairs for line in (*conclusion(pair), shift_in_words(pair))]
     target = folders[0] / "compare" if output is None else output
     read = (*folders, *(imu or ()), *([truth] if truth else ()))
     with whole_folder(target, force, read) as partial:

@@ -57,7 +57,7 @@ class Pair:
     same_place: bool
     changes: list[Change]
     alignment: Alignment | None
-    times: np.ndarray
+    times: np.ndarray = field(default_factory=lambda: np.empty(0))
     at_reference: dict[str, np.ndarray] = field(default_factory=dict)
     sd: dict[str, np.ndarray] = field(default_factory=dict)
     agreement: dict[str, dict[str, float | int]] = field(default_factory=dict)
@@ -86,7 +86,7 @@ def compared(
         )
     reference, *others = sides
     doubtful = {side.name: grave(side.run.judged) for side in sides if side.run}
-    notices = [*_of_all(sides)]
+    notices = _of_all(sides)
     notices += [
         notice("run-doubtful", run=name, verdict=verdict(findings), why=findings[0].text.rstrip("."))
         for name, findings in doubtful.items()
@@ -98,44 +98,40 @@ def compared(
         either_doubtful = bool(doubtful.get(side.name) or doubtful.get(reference.name))
         differences = changes(side, reference, near, either_doubtful)
         how, doubts = aligned(side, reference, align, offset_s, search_s)
-        pair = Pair(
-            side=side,
-            reference=reference,
-            one_recording=one_clock(side, reference),
-            same_place=near,
-            changes=differences,
-            alignment=how,
-            times=side.time_s + (how.shift_s if how else 0.0),
-        )
-        pairs.append(pair if how is None else _moment_by_moment(pair))
+        pair = Pair(side, reference, one_clock(side, reference), near, differences, how)
+        pairs.append(pair if how is None else _moment_by_moment(pair, side.time_s + how.shift_s))
         notices += [*doubts, *_beyond(pairs[-1])]
     return Comparison(tuple(sides), tuple(pairs), tuple(notices))
 
 
-def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
-    for side in sides:
-        yield from side.notices
+def _of_all(sides: Sequence[Side]) -> list[Notice]:
+    notices = [each for side in sides for each in side.notices]
     cutoffs = {"none" if side.cutoff_hz is None else f"{side.cutoff_hz:g} Hz" for side in sides}
     if len(cutoffs) > 1:
-        yield notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs)))
+        notices.append(notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs))))
     lifted = [side for side in sides if side.run and side.run.need("poses").made_by.in_run]
     rates = sorted(rate for side in lifted if np.isfinite(rate := frame_rate(side.time_s)))
     if rates and min(rates[-1], _ALIKE_HZ) > _APART * rates[0]:
-        yield notice("rates-differ", least_fps=rates[0], most_fps=rates[-1])
+        notices.append(notice("rates-differ", least_fps=rates[0], most_fps=rates[-1]))
+    return notices
 
 
-def _moment_by_moment(pair: Pair) -> Pair:
+def _moment_by_moment(pair: Pair, times: np.ndarray) -> Pair:
+    """times: (T,) as of Pair."""
     side, reference = pair.side, pair.reference
-    at_reference = {name: reference.at(name, pair.times) for name in ANGLES}
-    sd = {name: _sd(side, reference, name, pair.times) for name in ANGLES}
+    at_reference = {name: reference.at(name, times) for name in ANGLES}
+    sd = side.sd
+    if reference.run is not None:  # motion capture has no error
+        row = np.clip(np.searchsorted(reference.time_s, times), 0, len(reference.time_s) - 1)
+        sd = {name: np.hypot(side.sd[name], reference.sd[name][row]) for name in ANGLES}
     agreements = {name: agreement(side.angles[name], at_reference[name], sd[name]) for name in ANGLES}
-    at_times = partial(reference.resampled, time_s=pair.times)
-    joints = each_path(at_times, reference.level, len(pair.times))
+    joints = each_path(partial(reference.resampled, time_s=times), reference.level, len(times))
     turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
     level = scale * turned(side.level, turn)
     off = joint_error(level, joints)
     return replace(
         pair,
+        times=times,
         at_reference=at_reference,
         sd=sd,
         agreement={name: of for name, of in agreements.items() if of is not None},
@@ -143,14 +139,6 @@ def _moment_by_moment(pair: Pair) -> Pair:
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if reference.metric and np.isfinite(off).any() else None,
     )
-
-
-def _sd(side: Side, reference: Side, name: str, times: np.ndarray) -> np.ndarray:
-    """(T,) standard error of the difference of an angle: of both runs together; motion capture has none."""
-    if reference.run is None:
-        return side.sd[name]
-    row = np.clip(np.searchsorted(reference.time_s, times), 0, len(reference.time_s) - 1)
-    return np.hypot(side.sd[name], reference.sd[name][row])
 
 
 def _beyond(pair: Pair) -> list[Notice]:
@@ -163,12 +151,6 @@ def _beyond(pair: Pair) -> list[Notice]:
         return []
     names = (pair.side.name, pair.reference.name)
     return [notice("partly-common", run=names[0], other=names[1], common_s=common_s, longest_s=longest_s)]
-
-
-def result(pair: Pair) -> Iterator[str]:
-    """What came of a pair, and how it was compared."""
-    yield from conclusion(pair)
-    yield shift_in_words(pair)
 
 
 def shift_in_words(pair: Pair) -> str:

@@ -17,7 +17,7 @@ from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
-from pcnet3d.stages.study.compare.comparison import as_page, compared, conclusion, figures, result
+from pcnet3d.stages.study.compare.comparison import as_page, compared, conclusion, figures, shift_in_words
 from pcnet3d.stages.study.compare.side import one_clock
 
 
@@ -30,7 +30,7 @@ def test_two_recordings_are_two_motions_and_one_recording_is_one(sides):
     found = compared(sides)
     (pair,) = found.pairs
     assert (pair.alignment, pair.agreement) == (None, {})
-    assert "two motions" in list(result(pair))[-1]
+    assert "two motions" in shift_in_words(pair)
     assert "two motions" not in as_page(found).split("<section")[0]
     later = replace(sides[0], name="later", time_s=sides[0].time_s + 3.0)
     assert one_clock(later, sides[0])
@@ -171,7 +171,7 @@ def test_what_doubtful_poses_differ_by_is_not_said_to_be_a_change(sides):
         (pair,) = compared([visit(sides[0], 70.0), visit(sides[1], 15.0, *findings)]).pairs
         assert [change.differs for change in pair.changes] == [differs]
         assert [change.reason for change in pair.changes] == ["" if differs else "poses-doubtful"]
-        assert (WHY["poses-doubtful"] in " ".join(result(pair))) == (differs is None)
+        assert (WHY["poses-doubtful"] in " ".join(conclusion(pair))) == (differs is None)
 
 
 def test_why_a_difference_is_not_told(sides):
