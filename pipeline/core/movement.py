@@ -5,27 +5,20 @@ Names are those of its version 0.17 (its validators/datasets.py), which calls di
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .errors import needed_for
 from .pose import PoseSequence
 
-Variable = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
+if TYPE_CHECKING:
+    import xarray
 
 
-class Dataset(NamedTuple):
-    """What xarray.Dataset takes. coordinates: by dimension. variables: dimensions, array and attributes of each.
-    attributes: of the whole."""
-
-    coordinates: dict[str, Any]
-    variables: dict[str, Variable]
-    attributes: dict[str, Any]
-
-
-def dataset_of(poses: PoseSequence) -> Dataset:
+def dataset_of(poses: PoseSequence) -> xarray.Dataset:
     """`position` (time, space, keypoint, individual) and `confidence` (time, keypoint, individual) of one person.
-    InputError without time stamps."""
+    InputError without time stamps, and where xarray is not installed."""
     coordinates = {
         "time": poses.times, "space": list("xyz"), "keypoint": list(poses.layout.joints), "individual": [poses.person],
     }  # fmt: skip
@@ -36,4 +29,6 @@ def dataset_of(poses: PoseSequence) -> Dataset:
         "confidence": (("time", "keypoint", "individual"), poses.confidence[..., None], {}),
     }
     whole = {"ds_type": "poses", "source_software": "pcnet3d", "time_unit": "seconds", "fps": poses.fps}
-    return Dataset(coordinates, variables, whole)
+    with needed_for("to_xarray", "xarray"):
+        import xarray
+    return xarray.Dataset(variables, coordinates, whole)

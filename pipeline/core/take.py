@@ -326,10 +326,7 @@ class Take:
     def to_xarray(self) -> xarray.Dataset:
         """The joints in LEVEL, unfiltered, in the layout of the package `movement` (core/movement.py). Needs xarray;
         InputError without it, and for a take that has not been rectified."""
-        coordinates, variables, attributes = dataset_of(self.need("rectified").level)
-        with needed_for("to_xarray", "xarray"):
-            import xarray
-        return xarray.Dataset(variables, coordinates, attributes)
+        return dataset_of(self.need("rectified").level)
 
 
 def in_single(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ from ...pipeline.files.markers import check_c3d
 from .animation import write_bvh, write_glb
 from .annotated import check_h264, write_annotated
 from .markers import write_c3d, write_mot, write_trc
-from .netcdf import write_netcdf
+from .netcdf import check_xarray, write_netcdf
 from .tables import write_csv
 
 
@@ -33,7 +33,9 @@ MOT = _Format("angles.mot", "joint angles for OpenSim", write_mot)
 C3D = _Format(
     "markers.c3d", "joints as points, with pcnet3d[c3d]; needs metres", write_c3d, check_c3d, metric=True
 )
-NETCDF = _Format("poses.nc", "poses for the package movement and xarray", write_netcdf)
+NETCDF = _Format(
+    "poses.nc", "poses for the package movement, with pcnet3d[xarray]", write_netcdf, check_xarray
+)
 BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh, bones=True)
 GLB = _Format("skeleton.glb", "animated skeleton for viewers and game engines", write_glb, bones=True)
 MP4 = _Format(
