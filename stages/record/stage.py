@@ -30,7 +30,6 @@ from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles, log_marks
 from .first import log_first
 from .gaps import gap_rows, gaps_marked, last_frame
-from .horizon import log_horizon
 from .views import views
 from .walk import log_room
 
@@ -62,7 +61,7 @@ def record(take: Take, path: str | Path) -> None:
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
-    Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
+    Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the
     axes it came in), body, level; walk (LEVEL's room: the floor, the path over it, the camera, and what goes along with
     the person); rotation (expected errors, and how far each frame's vote on up is from the take's); angles/<angle> with
     the ends of its 90 % band; marks (moments of events); events (notices); provenance.
@@ -110,7 +109,6 @@ def record(take: Take, path: str | Path) -> None:
         file.check()
         log_room(recording, take, size)
         log_marks(recording, take)
-        log_horizon(recording, take)
         log_angles(recording, take, clock, gaps)
         log_notices(recording, take.said, poses)
         lines = "\n".join(f"- {name}: {text}" for name, text in provenance(take).items())
