@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -65,7 +64,9 @@ class Angles:
         far = far_off(poses, rectified) if noise is not None and rectified.level_ok else None
         if noise is None and poses.lifted and (second := _second(take)) is not None:
             far = far_off(poses, rectified, second)
-            by = _by_disagreement(take, series, second)
+            referred, R_camera_from_source = in_reference(poses)
+            up = (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2]
+            by = by_disagreement(referred, series, second, up, rectified.up_error_deg, take.cutoff_hz)
             series, basis = (series, basis) if by is None else (by, "disagreement")
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
@@ -77,17 +78,13 @@ class Angles:
         kinematics = {**(take.kinematics or {}), **columns}
         take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
         doubts = [] if far is None else [far]
-        return take.saying(*doubts, *_notices(columns), *self._unknown(poses, basis, _lacking(take)))
-
-    def _unknown(self, poses: PoseSequence, basis: AngleErrors, more: str) -> Iterator[Notice]:
-        """Why the errors are not known, where they are not. more: as for `errors_unknown`."""
-        if basis != "none":
-            return
-        if self.errors is not None:
-            measured = poses.made_by.kind == "measured"
-            yield notice("angle-errors-unused", are="were measured" if measured else "are in a world's axes")
-        elif unknown := errors_unknown(poses, more):
-            yield unknown
+        why = None
+        if basis == "none" and self.errors is not None:
+            are = "were measured" if poses.made_by.kind == "measured" else "are in a world's axes"
+            why = notice("angle-errors-unused", are=are)
+        elif basis == "none":
+            why = errors_unknown(poses, _lacking(take))
+        return take.saying(*doubts, *_notices(columns), *([why] if why else []))
 
 
 def _lacking(take: Take) -> str:
@@ -133,17 +130,6 @@ def _second(take: Take) -> PoseSequence | None:
         close_networks()  # no later stage lifts
 
 
-def _by_disagreement(
-    take: Take, series: dict[str, AngleSeries], second: PoseSequence
-) -> dict[str, AngleSeries] | None:
-    """The angles with errors by how far they are from those of the built-in lifter; None where that has too few
-    frames."""
-    rectified = take.need("rectified")
-    poses, R_camera_from_source = in_reference(take.need("poses"))
-    up = (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2]
-    return by_disagreement(poses, series, second, up, rectified.up_error_deg, take.cutoff_hz)
-
-
 def _columns(
     series: dict[str, AngleSeries],
     times: np.ndarray,
@@ -155,14 +141,15 @@ def _columns(
     columns = {}
     for name, angle in series.items():
         rate, sd = rates.pop(name)
-        own = {
-            "deg": angle.value_deg,
-            "sd_deg": angle.sd_deg,
-            "degps": rate,
-            "sd_degps": sd,
-            "reason": angle.reason,
-        }
-        columns |= in_single({f"{name}_{what}": values for what, values in own.items()})
+        columns |= in_single(
+            {
+                f"{name}_deg": angle.value_deg,
+                f"{name}_sd_deg": angle.sd_deg,
+                f"{name}_degps": rate,
+                f"{name}_sd_degps": sd,
+                f"{name}_reason": angle.reason,
+            }
+        )
     return columns
 
 

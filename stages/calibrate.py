@@ -45,7 +45,12 @@ class Calibrate:
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
         images = OnePass(video)
         doubts = [_belongs(take, images) for take in takes]
-        camera = self._found(told, video, keypoints, span, images)
+        self.check_told(told)
+        intrinsics = None
+        if self.camera_file is not None:
+            intrinsics = read_camera(self.camera_file, self.camera_name, video.size)
+        motion = "static" if told.standing else told.camera
+        camera = camera_of(video, keypoints, span, told.focal_px, motion, intrinsics, images)
         checked = [
             take.with_(camera=camera).saying(*doubt()) for take, doubt in zip(takes, doubts, strict=True)
         ]
@@ -66,21 +71,6 @@ class Calibrate:
             )
         if self.camera_file is not None:
             read_camera(self.camera_file, self.camera_name)
-
-    def _found(
-        self,
-        told: Told,
-        video: Video,
-        people: Sequence[PoseSequence],
-        span: tuple[int, int],
-        images: OnePass,
-    ) -> Camera:
-        self.check_told(told)
-        intrinsics = None
-        if self.camera_file is not None:
-            intrinsics = read_camera(self.camera_file, self.camera_name, video.size)
-        camera = "static" if told.standing else told.camera
-        return camera_of(video, people, span, told.focal_px, camera, intrinsics, images)
 
 
 def _belongs(take: Take, images: OnePass) -> Callable[[], list[Notice]]:

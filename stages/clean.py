@@ -59,8 +59,11 @@ class Clean:
         if counts["values_filled"]:
             notices.append(notice("gaps-filled", count=counts["values_filled"], max_gap_s=self.max_gap_s))
         notices += _lacking(poses.times)
-        absent = _absent(poses)
-        if absent:
+        body = poses.without_feet
+        visible = is_finite(body.joints)
+        if absent := [
+            body.layout.joints[i] for i in np.flatnonzero(~visible.any(axis=0))
+        ]:  # as of files without a head
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
         if take.keypoints is not None and poses.layout.is_body:
             size = take.image_size
@@ -75,25 +78,19 @@ class Clean:
         return take.with_(poses=poses).saying(*notices)
 
 
-def _absent(poses: PoseSequence) -> list[str]:
-    """Joints that no frame has, as of files without a head."""
-    poses = poses.without_feet
-    visible = is_finite(poses.joints)
-    return [joint for joint in poses.layout.joints if not visible[:, poses.layout.index(joint)].any()]
-
-
 def _lacking(time_s: np.ndarray) -> list[Notice]:
     """Notices of images that the video itself lacks, so that no frame number is missing. time_s: (T,)."""
     long = holes(time_s, BRIDGED_S)
     short = np.setdiff1d(holes(time_s), long)
     notices = []
-    if len(short):
-        when = _when(short, time_s)
-        so = f"filters bridge gaps of up to {BRIDGED_S} s"
-        notices.append(notice("images-lacking", rows=short, when=when, so=so))
-    if len(long):
-        when, so = _when(long, time_s), "walks and repetitions end there"
-        notices.append(notice("images-lacking", rows=long, weight="warning", when=when, so=so))
+    for rows, so in (
+        (short, f"filters bridge gaps of up to {BRIDGED_S} s"),
+        (long, "walks and repetitions end there"),
+    ):
+        if len(rows):
+            when = f"from {spans_in_words(time_s[np.c_[rows - 1, rows]].tolist())}"
+            weight = "warning" if rows is long else None
+            notices.append(notice("images-lacking", rows=rows, weight=weight, when=when, so=so))
     return notices
 
 
@@ -127,11 +124,6 @@ def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
     for first, stop in stretches(mask).tolist():
         result[first:stop] = times[stop - 1] + steps_s[stop - 1] - times[first] >= _SHORTEST_S
     return result
-
-
-def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
-    """Of holes before these rows (N,)."""
-    return f"from {spans_in_words(time_s[np.c_[rows - 1, rows]].tolist())}"
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:

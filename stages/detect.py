@@ -14,8 +14,8 @@ from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many
-from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.pose import PoseSequence, package_version
+from ..pipeline.core.notices import notice
+from ..pipeline.core.pose import package_version
 from ..pipeline.core.take import Take
 from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
@@ -54,13 +54,7 @@ class Detect:
         video, told = take.need("video"), take.told
         if told.fps is not None:
             check_fps(told.fps)  # before the minutes that detection takes
-        detector = load_detector(
-            self.detector,
-            self.person_detector,
-            self.looks,
-            self.everybody,
-            self.joints,
-        )
+        detector = load_detector(self.detector, self.person_detector, self.looks, self.everybody, self.joints)
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(video.path)} {package_version()}"
@@ -82,27 +76,20 @@ class Detect:
         people = joined(tracks, names)
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            same = np.array(
-                [int(names[str(person)]) for person in detections.person], detections.person.dtype
-            )
+            same = [int(names[str(person)]) for person in detections.person]
+            same = np.array(same, detections.person.dtype)
             replace(detections, person=same).save(self.folder / KEYPOINTS)
         chosen = choose_detected(people, names.get(str(told.person), told.person), str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps).with_(notices=chosen.notices)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
-        doubts = rate_doubts(told.fps, video)
-        alone = [notice("others-missed")] if isinstance(detector, Follower) else []
-        return take.saying(*alone, *_notices(detections, chosen), *doubts, *swapped)
+        notices = [notice("others-missed")] if isinstance(detector, Follower) else []
+        notices += [*chosen.notices, *detections.doubts(chosen)]
+        if detections.frames_seen < detections.frames:
+            notices.append(notice("interrupted", frame=detections.frames_seen, frames=detections.frames))
+        return take.saying(*notices, *rate_doubts(told.fps, video), *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
             found.save(self.checkpoint)
-
-
-def _notices(detections: Detections, chosen: PoseSequence) -> list[Notice]:
-    """What the user should know about who was found where."""
-    notices = [*chosen.notices, *detections.doubts(chosen)]
-    if detections.frames_seen < detections.frames:
-        notices.append(notice("interrupted", frame=detections.frames_seen, frames=detections.frames))
-    return notices

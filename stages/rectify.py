@@ -80,7 +80,8 @@ def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, 
     notices = []
     if not rectified.level_ok:
         notices.append(notice("not-levelled", reason=rectified.level_reason))
-    if _up_of_unusable(rectified, verdict(judged)):
+    own = sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor"))
+    if own > 0.5 and verdict(judged) == "unusable":  # up rests mostly on these poses
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices.append(notice("up-of-unusable"))
     inverted = any(finding.code == "upside-down" for finding in judged)
@@ -256,10 +257,3 @@ def _rectified(
 
 def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
-
-
-def _up_of_unusable(rectified: Rectified, verdict: str | None) -> bool:
-    """Whether up rests mostly on poses that are unusable, so that nobody knows how far it is off. verdict: on the
-    poses."""
-    share = sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor"))
-    return verdict == "unusable" and share > 0.5
