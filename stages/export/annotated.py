@@ -178,17 +178,12 @@ class _Page:
                     zip(sides_of(name), values[row], bands[row], strict=True)
                 ):
                     place, ground = (width * (1 + i) // 3, bottom), faint(side_colour(part), _GROUND)
-                    _write(panel, _in_words(value, band), place, self.thick, ground)
+                    known = f"{band:.0f}" if np.isfinite(band) else "?"
+                    text = "-" if np.isnan(value) else f"{value:z.0f} +/- {known}"
+                    _write(panel, text, place, self.thick, ground)
         at = f"{self.body.times[row]:.2f} s" if row is not None else "no pose"
         _write(panel, f"{at}, frame {number}", (8, height - 8), self.thick)
         return panel
-
-
-def _in_words(value: float, band: float) -> str:
-    """Degrees, and how far the 90 % band reaches to each side."""
-    if np.isnan(value):
-        return "-"
-    return f"{value:z.0f} +/- {band:.0f}" if np.isfinite(band) else f"{value:z.0f} +/- ?"
 
 
 def _views(body: PoseSequence, width: int, height: int) -> dict[str, np.ndarray]:

@@ -278,7 +278,10 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     _add_events(file, take, 0.0 if numbered else begin_s)
     frame = frame_over_the_floor(take, LEVEL, "mm")
-    lines = [part for name, text in provenance(take, frame).items() for part in _wrapped(f"{name}: {text}")]
+    lines = []
+    for name, text in provenance(take, frame).items():
+        plain = f"{name}: {text}".encode("ascii", "backslashreplace").decode()
+        lines += wrap(plain, _LONGEST, subsequent_indent="  ")
     file.add_parameter(C3D_GROUP, "PROVENANCE", lines[:_MOST])
     with whole_file(path) as partial, TemporaryDirectory() as folder:
         made = Path(folder) / "take.c3d"  # ezc3d takes no path whose bytes are not UTF-8
@@ -307,8 +310,3 @@ def _add_events(file: Any, take: Take, from_s: float) -> None:
     file.add_parameter("EVENT", "CONTEXTS", [side.capitalize() for side in sides])
     file.add_parameter("EVENT", "LABELS", list(labels))
     file.add_parameter("EVENT", "TIMES", np.array([np.floor_divide(times, 60), np.mod(times, 60)]))
-
-
-def _wrapped(line: str) -> list[str]:
-    """A line in pieces of plain ASCII, those after the first indented."""
-    return wrap(line.encode("ascii", "backslashreplace").decode(), _LONGEST, subsequent_indent="  ")

@@ -34,6 +34,8 @@ RUN_FILES = (
     "video.ts",
 )  # fmt: skip
 
+_OF_CAMERA = ("focal_px", "focal_sd_px", "focal_source", "image_size")
+
 
 @dataclass(frozen=True)
 class Export:
@@ -127,9 +129,16 @@ def write_poses(take: Take, path: Path) -> None:
     rectified = take.need("rectified")
     level = rectified.level
     sd = level.path and level.path.sd
-    more = {} if take.keypoints is None else _keypoints(take.keypoints)
-    if take.filtered is not None:
-        more["filtered"] = take.filtered.joints
+    more: dict[str, Any] = {} if take.filtered is None else {"filtered": take.filtered.joints}
+    if (keypoints := take.keypoints) is not None:
+        more |= {
+            "keypoints": keypoints.joints,
+            "keypoints_confidence": keypoints.confidence,
+            "keypoints_frame_index": keypoints.frame_index,
+            "keypoints_names": np.array(keypoints.layout.joints),
+        }
+        if keypoints.time_s is not None:
+            more["keypoints_time_s"] = keypoints.time_s
     write_arrays(
         path,
         source=poses.joints,
@@ -144,17 +153,6 @@ def write_poses(take: Take, path: Path) -> None:
         unit=np.array(poses.frame.unit),
         **more,
     )
-
-
-def _keypoints(keypoints: PoseSequence) -> dict[str, Any]:
-    """Their arrays in poses.npz; no times where these are not known."""
-    arrays = {
-        "keypoints": keypoints.joints,
-        "keypoints_confidence": keypoints.confidence,
-        "keypoints_frame_index": keypoints.frame_index,
-        "keypoints_names": np.array(keypoints.layout.joints),
-    }
-    return arrays if keypoints.time_s is None else arrays | {"keypoints_time_s": keypoints.time_s}
 
 
 def _about(poses: PoseSequence) -> dict[str, Any]:
@@ -214,7 +212,13 @@ def summary(take: Take) -> dict[str, Any]:
             "level_reason": rectified.level_reason,
             "steps": len(rectified.level.history),
         },
-        "camera": _camera(take),
+        "camera": (camera := take.camera)
+        and {
+            **{name: getattr(camera, name) for name in _OF_CAMERA},
+            "looks": len(camera.looks),
+            "no_up_reason": camera.reason,
+            "background": camera.background and asdict(camera.background),
+        },
         "cutoff_hz": take.cutoff_hz,
         "angle_errors": take.angle_errors,
         "measures": None if take.measures is None else nested(take.measures),
@@ -232,21 +236,6 @@ def _up_by_source(take: Take) -> dict[str, dict[str, float]]:
         pitch_deg, roll_deg = pitch_roll_deg(rotate(to_camera, up[None])[0]).tolist()
         told.setdefault(name, {}).update(pitch_deg=pitch_deg, roll_deg=roll_deg, error_deg=error_deg)
     return told
-
-
-def _camera(take: Take) -> dict[str, Any] | None:
-    """The camera's focal length, and where it comes from."""
-    if take.camera is None:
-        return None
-    return {
-        "focal_px": take.camera.focal_px,
-        "focal_sd_px": take.camera.focal_sd_px,
-        "focal_source": take.camera.focal_source,
-        "image_size": list(take.camera.image_size),
-        "looks": len(take.camera.looks),
-        "no_up_reason": take.camera.reason,
-        "background": take.camera.background and asdict(take.camera.background),
-    }
 
 
 def _up(name: str, values: np.ndarray, rectified: Rectified) -> dict[str, float]:

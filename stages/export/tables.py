@@ -187,8 +187,10 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     the end of its range within one cycle."""
     import pyarrow as pa
 
-    degrees = [f"{name}_deg" for name in _angles(take)]
-    angle_columns = [column for name in _angles(take) for column in (f"{name}_deg", f"{name}_sd_deg")]
+    degrees = {
+        f"{name}_deg": angle for name, angle in ALL_ANGLES.items() if f"{name}_deg" in take.need("kinematics")
+    }
+    angle_columns = [column for name in degrees for column in (name, f"{name.removesuffix('_deg')}_sd_deg")]
     kinds = {"movement": pa.string(), "side": pa.string(), "number": pa.int32(), "percent": pa.int32()}
     kinds |= {"time_s": pa.float64(), "event": pa.string()} | dict.fromkeys(angle_columns, pa.float32())
     yield pa.schema(kinds).empty_table()
@@ -207,10 +209,9 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
             at_percents = partial(resample, time_s=times[near], at_s=at_s.ravel(), seams=own_seams)
             curves = each_path(at_percents, angles[near].astype(np.float64), at_s.size)
             values = dict(zip(angle_columns, curves.T, strict=True))
-            for name in degrees:
-                centre_deg = ALL_ANGLES[name.removesuffix("_deg")].centre_deg
+            for name, angle in degrees.items():
                 of_cycles = values[name].reshape(at_s.shape)
-                values[name] = np.concatenate([_within_range(curve, centre_deg) for curve in of_cycles])
+                values[name] = np.concatenate([_within_range(curve, angle.centre_deg) for curve in of_cycles])
             labels = {"movement": ".".join(of.path), "side": of.rows[0].side}
             rows = {name: [label] * at_s.size for name, label in labels.items()}
             rows |= {"number": np.repeat(np.arange(len(spans))[some], POINTS), "time_s": at_s.ravel()}
@@ -218,10 +219,6 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
             rows["event"] = np.concatenate([_events(walking, of, *span) for span in spans[some]])
             arrays = [pa.array(rows[name], kind, from_pandas=True) for name, kind in kinds.items()]
             yield pa.table(arrays, pa.schema(kinds))
-
-
-def _angles(take: Take) -> list[str]:
-    return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
 
 
 def _events(walking: Measures, of: Measures, start_s: float, stop_s: float) -> np.ndarray:
