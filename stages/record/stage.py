@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
@@ -73,11 +72,7 @@ def record(take: Take, path: str | Path) -> None:
     """
     import rerun as rr
 
-    poses = take.poses
-    if poses is None or take.rectified is None:
-        raise InputError(
-            "needs-stage", "A recording needs 3D poses and their rectification; run rectify first."
-        )
+    poses, rectified = take.need("poses"), take.need("rectified")
     parts = viewable(take.video) if take.told.images and take.video else None
     take = take.with_(video=take.video if parts else None)
     size = half_height(poses.without_feet.joints)
@@ -99,13 +94,13 @@ def record(take: Take, path: str | Path) -> None:
             log_skeleton(recording, "video/keypoints", keypoints, radius=-3.0)
         for entity, of, radius in (
             ("source", poses, 0.024),
-            ("body", take.rectified.body, 0.024),
-            ("level", take.rectified.level, 0.04),
+            ("body", rectified.body, 0.024),
+            ("level", rectified.level, 0.04),
         ):
             log_skeleton(recording, entity, gaps_marked(of, gaps), radius * size)
         log_first(recording, take, size)
         clock = gaps_marked(poses, gaps)
-        _log_rotation(recording, take.rectified, clock, gaps)
+        _log_rotation(recording, rectified, clock, gaps)
         file.check()
         log_room(recording, take, size)
         log_marks(recording, take)

@@ -9,7 +9,6 @@ from typing import ClassVar
 
 from markupsafe import Markup
 
-from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measure
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
@@ -56,9 +55,8 @@ def report(take: Take) -> str:
     measures, ...) is left out; so are the video's images where `take.told.images` is False. Raises InputError without
     poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
-    if take.poses is None or take.rectified is None:
-        raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
-    measures = take.figures
+    poses, measures = take.need("poses"), take.figures
+    take.need("rectified")
     give_memory_back()
     images = OnePass(take.video if take.told.images else None)
     player, lines = skeleton_player(take, images), _lines(take, images)
@@ -66,10 +64,10 @@ def report(take: Take) -> str:
     head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
     head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
     head += player() + trust(take)
-    several = len(take.poses) > 1  # charts over time of one frame are empty
+    several = len(poses) > 1  # charts over time of one frame are empty
     sections = [
         ("Ranges of motion", ranges(measures, take.angle_errors)),
-        ("Movements", happened(measures, take.poses.frame.metric)),
+        ("Movements", happened(measures, poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
         ("Which way is up", gravity_words(take) + charts(lines())),
         ("Input and steps", provenance_of(take)),

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.messages import how_many, say
@@ -78,7 +77,15 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
                 raise InputError("needs-input", "expected a video, poses or keypoints, found none of them.")
             planned(options)
         name = row.get("name") or Path(files[0]).stem
-        _check_name(name, where, places)
+        if not is_file_name(name) or len(name) > _LONGEST:
+            raise InputError(
+                "bad-value",
+                f"{where}: the name {name!r} cannot be a folder's name; give another in a column 'name'.",
+            )
+        if (first := places.setdefault(name.casefold(), where)) != where:
+            raise InputError(
+                "bad-value", f"{where}: the name '{name}' is taken by {first}; give each take its own 'name'."
+            )
         labels = {label: row.get(label, "") for label in LABELS}
         entries.append(Entry(name, options, labels))
     return tuple(entries)
@@ -102,7 +109,8 @@ def _column(name: str, where: str) -> str:
 
 
 def _texts(row: Mapping[str, str], base: Path, where: str) -> Texts:
-    """The options in a row by their names, checked by their types one by one; those that are files from `base` on."""
+    """The options in a row by their names, checked by their types one by one; those that are files from `base` on.
+    InputError for one of another type, or that its stage does not know."""
     texts = Texts()
     for name, cell in row.items():
         if name in ("name", *LABELS):
@@ -110,18 +118,13 @@ def _texts(row: Mapping[str, str], base: Path, where: str) -> Texts:
         listed = name in _FIELDS and is_repeatable(name)
         texts[name] = tuple(part.strip() for part in cell.split(";")) if listed else cell
         with naming(where):
-            value = _typed(name, texts[name])
+            options = _run_options({name: texts[name]})
+            value = getattr(options, name) if name in _FIELDS else cell
+            if "." in name and options.settings:
+                value = checked_setting(name, cell)
             if isinstance(value, Path) or cell.lower().endswith(".onnx"):
                 texts[name] = _existing(cell, base, name)
     return texts
-
-
-def _typed(name: str, text: str | tuple[str, ...]) -> Any:
-    """The value of an option or a setting; InputError for one of another type, or that its stage does not know."""
-    options = _run_options({name: text})
-    if name in _FIELDS:
-        return getattr(options, name)
-    return checked_setting(name, text) if "." in name and options.settings else text
 
 
 def _run_options(texts: Texts) -> RunOptions:
@@ -135,11 +138,6 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
         with open(path, encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file, strict=True)
             header = next(reader, [])
-            if len(header) == 1 and ";" in header[0]:
-                raise InputError(
-                    "format-unknown",
-                    f"{path}: expected commas between columns, found semicolons; save it with commas.",
-                )
             columns = [_column(name, str(path)) for name in header]
             if twice := {name for name in columns if columns.count(name) > 1}:
                 raise InputError(
@@ -218,17 +216,3 @@ def _existing(cell: str, base: Path, name: str) -> str:
     if not exists:
         raise InputError("cannot-open", f"{name}: expected a file at {path}, found nothing there.")
     return str(path)
-
-
-def _check_name(name: str, where: str, places: dict[str, str]) -> None:
-    """InputError for a name that is no folder's, or that another take has; places: of the names so far."""
-    if not is_file_name(name) or len(name) > _LONGEST:
-        raise InputError(
-            "bad-value",
-            f"{where}: the name {name!r} cannot be a folder's name; give another in a column 'name'.",
-        )
-    first = places.setdefault(name.casefold(), where)
-    if first != where:
-        raise InputError(
-            "bad-value", f"{where}: the name '{name}' is taken by {first}; give each take its own 'name'."
-        )
