@@ -82,8 +82,12 @@ def _range(motion: Motion, name: str) -> Range:
     if np.isfinite(values).sum() < FEWEST:
         return Range(name, values, "few-frames")
     lifted = motion.unjudged or np.isfinite(sd).any()
-    # A lift's frames near the axis are the outermost, of an arm raised sideways; which they are differs by camera.
-    if (lifted and _untold(motion, name) > _OUTERMOST) or _missing_at_an_end(values):
+    # Where joints were seen, and the angle is not known all the same: near the axis that it turns about, by an error
+    # that is too large, or by limbs that may be exchanged. A lift's frames near the axis are the outermost, of an arm
+    # raised sideways; which they are differs by camera.
+    reason = motion.columns.get(f"{name}_reason", np.zeros(0))
+    untold = np.isin(reason, (UNDEFINED, UNTRUSTED, EXCHANGED))
+    if (lifted and untold.sum() > _OUTERMOST * len(untold)) or _missing_at_an_end(values):
         return Range(name, values, "frames-missing")
     (low, high), (at_low, at_high) = ends(values, sd)
     lowest, highest = np.percentile(every[np.isfinite(every)], [5, 95])
@@ -108,13 +112,6 @@ def _missing_at_an_end(values: np.ndarray) -> bool:
     )
     ranks = np.searchsorted(order, beside) / len(order)
     return bool(abs(ranks.mean() - 0.5) > _SURE * np.sqrt(1 / 12 / len(gaps)))
-
-
-def _untold(motion: Motion, angle: str) -> float:
-    """The share of the frames in which the joints were seen, and the angle is not known all the same: near the axis
-    that it turns about, by an error that is too large, or by limbs that may be exchanged."""
-    reason = motion.columns.get(f"{angle}_reason")
-    return 0.0 if reason is None else float(np.isin(reason, (UNDEFINED, UNTRUSTED, EXCHANGED)).mean())
 
 
 def range_rows(motion: Motion, angles: Mapping[str, Range]) -> list[Row]:

@@ -144,22 +144,18 @@ def _within(values: np.ndarray, times: np.ndarray, least: float, low: float) -> 
         start_s, rise = _movement(values[up], times[up], speed[up])
         mirrored_s, fall = _movement(values[down], -times[down], speed[down], settles=True)
         visible_rise = float(values[peak] - values[up].min()), float(values[peak] - values[down].min())
+        visible = [own for own, far in zip((rise, fall), visible_rise, strict=True) if far >= least]
         held = _held(values[first : last + 1], times[first : last + 1], peak - first, least)
         start_s, stop_s = min(start_s, held[0]), max(-mirrored_s, held[1])
         cut_start = first == 0 and start_s - times[0] <= BRIDGED_S and rise < (1 - _OUTER) * fall
         cut_stop = last == len(values) - 1 and times[-1] - stop_s <= BRIDGED_S and fall < (1 - _OUTER) * rise
         rises.append(
             Repetition(
-                start_s, float(times[peak]), stop_s, float(values[peak]), _rise((rise, fall), visible_rise, least),
+                start_s, float(times[peak]), stop_s, float(values[peak]), min(visible, default=least),
                 visible_rise, held, (cut_start or visible_rise[0] < least, cut_stop or visible_rise[1] < least),
             )
         )  # fmt: skip
     return rises
-
-
-def _rise(own: tuple[float, float], visible: tuple[float, float], least: float) -> float:
-    """The smaller of a repetition's own rises before and after its peak, of those whose side is visible."""
-    return min((rise for rise, far in zip(own, visible, strict=True) if far >= least), default=least)
 
 
 def _held(values: np.ndarray, times: np.ndarray, peak: int, least: float) -> tuple[float, float]:

@@ -65,7 +65,8 @@ def walking(motion: Motion, gait: Gait, walks: Sequence[Walk], why_sides: str = 
     lengths, over_floor, share = _lengths(motion, gait)
     means = _means(motion, gait, lengths, share)
     enough = len(gait.strides) >= _STRIDES[gait.kind]
-    phases = _phases(gait) if means.errors or enough else ()
+    of_both = "flight_time_s" if gait.kind == "running" else "double_support_percent"
+    phases = (*_PHASES, *[of_both] * (not gait.mixed)) if means.errors or enough else ()
     quick = motion.source.lifted and gait.kind == "walking" and means.style["step_time_s"] < _QUICK_S
     return [
         judged,
@@ -95,11 +96,6 @@ def _counted(walks: Sequence[Walk]) -> list[Row]:
         Measure("walked", lasts_s),
         *([Remark("not_visible", " and ".join(["start"] * cut[0] + ["end"] * cut[1]))] if any(cut) else []),
     ]
-
-
-def _phases(gait: Gait) -> tuple[str, ...]:
-    both = "flight_time_s" if gait.kind == "running" else "double_support_percent"
-    return (*_PHASES, *[both] * (not gait.mixed))
 
 
 def _sides(motion: Motion, gait: Gait, means: _Means, phases: tuple[str, ...]) -> Iterator[Row]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,20 +24,9 @@ from .model import Solved, follow, opensim
 
 _FOLDER = "opensim"  # in the run's, by default
 _AXIAL = (
-    "hip_rotation, arm_rot and pro_sup turn a limb about its own length, which joints tell only while the knee or the "
-    "elbow is bent"
+    "axial: hip_rotation, arm_rot and pro_sup turn a limb about its own length, which joints tell only while the knee "
+    "or the elbow is bent"
 )
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """Of an angle by inverse kinematics with the one that pcnet3d states: mean and standard deviation of the
-    difference, degrees, over frames that have both, and the usual standard error of the stated one, None where that is
-    not known."""
-
-    mean_deg: float
-    sd_deg: float
-    stated_sd_deg: float | None
 
 
 def command(
@@ -69,14 +57,20 @@ def command(
         agreement = agreements(take, solved)
         write_trc(with_path(take), partial / "markers.trc")
         coordinates = dict(zip(solved.names, solved.coordinates.T, strict=True))
-        write_motion(with_path(take), partial / "ik.mot", solved.time_s, coordinates, _notes(solved))
+        write_motion(
+            with_path(take), partial / "ik.mot", solved.time_s, coordinates, [_AXIAL, *_fixed(solved)]
+        )
         solved.model.setName(f"{solved.model.getName()}_scaled")
         solved.model.printToXML(str(partial / "scaled.osim"))
         write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved, agreement)))
     summary = [trusted(take), *_summary(solved)]
     if output is None:
         add_to_list(folder, _FOLDER)
-        _into_report(folder / REPORT, [f"{model.name} was scaled to the person; files: {_FOLDER}.", *summary])
+        page = folder / REPORT
+        document = page.read_text(encoding="utf-8", errors="replace") if page.is_file() else ""
+        if "</main>" in document:  # it is whole
+            sentences = [f"{model.name} was scaled to the person; files: {_FOLDER}.", *summary]
+            write_text(page, with_section(document, "OpenSim", bullets(sentences)))
     print("\n".join(_lines(agreement)))
     print("\n".join(summary))
     print(f"results in {target}: {', '.join(sorted(path.name for path in target.iterdir()))}")
@@ -99,8 +93,13 @@ def with_path(take: Take) -> Take:
     return take.with_(filtered=take.filtered.with_(path=RootPath(path)))
 
 
+Agreement = dict[str, float | None]
+
+
 def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
-    """By our angle that a free coordinate of the model measures too."""
+    """By our angle that a free coordinate of the model measures too: mean and standard deviation of the difference, by
+    inverse kinematics less the one that pcnet3d states, degrees, over frames that have both, and the usual standard
+    error of the stated one, None where that is not known."""
     columns, times = take.kinematics or {}, take.need("poses").times
     result = {}
     for ours, (coordinate, sign) in COORDINATES.items():
@@ -114,20 +113,9 @@ def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
         if np.isfinite(apart).any():
             stated = np.asarray(columns[f"{ours}_sd_deg"], np.float64)
             usual = float(np.nanmedian(stated)) if np.isfinite(stated).any() else None
-            result[ours] = Agreement(float(np.nanmean(apart)), float(np.nanstd(apart)), usual)
+            mean, sd = float(np.nanmean(apart)), float(np.nanstd(apart))
+            result[ours] = {"mean_deg": mean, "sd_deg": sd, "stated_sd_deg": usual}
     return result
-
-
-def _into_report(report: Path, sentences: list[str]) -> None:
-    """Add them to the run's report, where it has one that is whole."""
-    document = report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
-    if "</main>" in document:
-        write_text(report, with_section(document, "OpenSim", bullets(sentences)))
-
-
-def _notes(solved: Solved) -> list[str]:
-    """What a reader of ik.mot has to know."""
-    return [f"axial: {_AXIAL}", *_fixed(solved)]
 
 
 def _fixed(solved: Solved) -> list[str]:
@@ -151,7 +139,7 @@ def _content(model: Path, version: str, solved: Solved, agreement: dict[str, Agr
         "residuals_m": {
             name: {"rms": rms, "max": largest} for name, rms, largest in solved.residuals_by_marker()
         },
-        "against_own_angles": {name: vars(each) for name, each in agreement.items()},
+        "against_own_angles": agreement,
     }
 
 
@@ -163,8 +151,8 @@ def _lines(agreement: dict[str, Agreement]) -> list[str]:
         f"{'inverse kinematics less own angle':<34}{'mean':>7}{'SD':>7}{'own error':>11}  (degrees, one SD)"
     )
     return [head] + [
-        f"{name:<34}{each.mean_deg:>z7.1f}{each.sd_deg:>7.1f}"
-        + (f"{each.stated_sd_deg:>11.1f}" if each.stated_sd_deg is not None else f"{'not known':>11}")
+        f"{name:<34}{each['mean_deg']:>z7.1f}{each['sd_deg']:>7.1f}"
+        + (f"{each['stated_sd_deg']:>11.1f}" if each["stated_sd_deg"] is not None else f"{'not known':>11}")
         for name, each in agreement.items()
     ]
 

@@ -141,7 +141,11 @@ def follow(
     for toe in {*_TOES} & {*used}:  # its length is the person's already
         body, inside, at = places[toe]
         places[toe] = body, inside / scales[body], at
-    _add_markers(package, model, places, used)
+    model.updMarkerSet().clearAndDestroy()  # the model's own are of other programs' joints
+    for name in used:
+        body, inside, _ = places[name]
+        model.addMarker(package.Marker(name, model.getBodySet().get(body), _vector(inside)))
+    model.finalizeConnections()
     _scale(package, model, scales, mass_kg)
     state = model.initSystem()
     weights = {name: 1 / sd_m[name] ** 2 for name in used}
@@ -238,14 +242,6 @@ def _scales(
                 person, of_model = lengths[segment.name]
                 scales[body][["xyz".index(axis) for axis in segment.axes]] = person / of_model
     return scales, lengths
-
-
-def _add_markers(package: Any, model: Any, places: Mapping[str, Any], joints: Iterable[str]) -> None:
-    model.updMarkerSet().clearAndDestroy()  # the model's own are of other programs' joints
-    for name in joints:
-        body, inside, _ = places[name]
-        model.addMarker(package.Marker(name, model.getBodySet().get(body), _vector(inside)))
-    model.finalizeConnections()
 
 
 def _scale(package: Any, model: Any, scales: Mapping[str, np.ndarray], mass_kg: float | None) -> None:

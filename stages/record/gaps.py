@@ -22,7 +22,7 @@ def gap_rows(poses: PoseSequence, last: int) -> np.ndarray:
 
 
 def gaps_marked(poses: PoseSequence, rows: np.ndarray) -> PoseSequence:
-    """The poses with a row of NaN before each of `rows`, as of `gap_rows`."""
+    """The poses with a row of NaN before each of `rows` (N,), as of `gap_rows`."""
     if not len(rows):  # a long take need not be copied
         return poses
     frame = np.insert(poses.frame_index, rows, poses.frame_index[rows - 1] + 1)

@@ -22,7 +22,7 @@ from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .study import as_page, concluded, write_table
-from .take import Job, Outcome, end_takes, run_take
+from .take import Outcome, end_takes, run_take
 
 MARK, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
 
@@ -74,7 +74,7 @@ def batch(
     executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
     with executor as running:
         _prepare(output)
-        outcomes = _run([Job(entry, output, timeout) for entry in entries], running)
+        outcomes = _run(entries, output, running, timeout)
         rows = study_rows(entries, outcomes)
         write_table(rows, output / TABLE)
         write_text(output / PAGE, as_page(f"Study {output.name}", rows))
@@ -142,9 +142,12 @@ def on_cluster(address: str, patience_s: float = _PATIENCE_S) -> Iterator[Execut
         client.close(timeout=5)
 
 
-def outcomes_of(jobs: Sequence[Job], executor: Executor) -> Generator[Outcome]:
-    """Of all jobs, as they come. InputError when the executor is lost; what is done then is kept."""
-    names = {executor.submit(run_take, job): job.entry.name for job in jobs}
+def outcomes_of(
+    entries: Sequence[Entry], output: Path, executor: Executor, timeout_s: float | None = None
+) -> Generator[Outcome]:
+    """Of all takes, as they come. InputError when the executor is lost; what is done then is kept."""
+    version = package_version()
+    names = {executor.submit(run_take, entry, output, version, timeout_s): entry.name for entry in entries}
     try:
         for future in as_completed(names):
             yield _outcome(future, names[future])
@@ -189,16 +192,21 @@ def _prepare(output: Path) -> None:
         (output / folder).mkdir(exist_ok=True)
 
 
-def _run(jobs: Sequence[Job], executor: Executor) -> list[Outcome]:
-    """All outcomes in the jobs' order, those that failed said as they come."""
+def _run(
+    entries: Sequence[Entry], output: Path, executor: Executor, timeout_s: float | None
+) -> list[Outcome]:
+    """All outcomes in the entries' order, those that failed said as they come."""
     outcomes: dict[str, Outcome] = {}
-    with counted("takes", len(jobs)) as done, closing(outcomes_of(jobs, executor)) as coming:
+    with (
+        counted("takes", len(entries)) as done,
+        closing(outcomes_of(entries, output, executor, timeout_s)) as coming,
+    ):
         for outcome in coming:
             outcomes[outcome.name] = outcome
             if outcome.state == "failed":
                 say("failed", f"{outcome.name}: {outcome.reason}")
             done(len(outcomes))
-    return [outcomes[job.entry.name] for job in jobs]
+    return [outcomes[entry.name] for entry in entries]
 
 
 def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from glob import escape
 from multiprocessing import active_children, current_process, parent_process
@@ -52,28 +52,6 @@ PRELOADED = (
 
 
 @dataclass(frozen=True)
-class Job:
-    """A take and where it goes. version: of the pcnet3d that gave the order."""
-
-    entry: Entry
-    output: Path
-    timeout_s: float | None = None
-    version: str = field(default_factory=package_version)
-
-    @property
-    def folder(self) -> Path:
-        return self.output / "takes" / self.entry.name
-
-    @property
-    def log(self) -> Path:
-        return self.output / "logs" / f"{self.entry.name}.txt"
-
-    @property
-    def lock(self) -> Path:
-        return self.output / "locks" / f"{self.entry.name}.lock"
-
-
-@dataclass(frozen=True)
 class Outcome:
     """kept: done by an earlier batch and unchanged since. exit_code, reason, code: as of Ended. rows: the figures
     of the take, one row a person."""
@@ -86,41 +64,43 @@ class Outcome:
     rows: tuple[dict[str, Any], ...] = ()
 
 
-def run_take(job: Job) -> Outcome:
+def run_take(entry: Entry, output: Path, version: str, timeout_s: float | None = None) -> Outcome:
     """Do it, unless it is done; whatever goes wrong with it, an InputError too, is in the outcome. Safe to call again,
-    and at once from several machines that share the disk."""
+    and at once from several machines that share the disk. output: the batch's folder. version: of the pcnet3d that
+    gives the order."""
     from filelock import FileLock
 
-    host, name = socket.gethostname(), job.entry.name
+    host, name = socket.gethostname(), entry.name
+    folder, log = output / "takes" / name, output / "logs" / f"{name}.txt"
     try:
-        if package_version() != job.version:
+        if package_version() != version:
             raise InputError(
                 "other-version",
-                f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version.",
+                f"{host} has pcnet3d {package_version()}, the batch {version}; install one version.",
             )
         if current_process().daemon:  # which may start no other
             raise InputError(
                 "option-conflict",
                 f"The workers on {host} have a nanny; start them as dask worker --no-nanny.",
             )
-        if not job.output.is_dir():
+        if not output.is_dir():
             raise InputError(
                 "cannot-open",
-                f"{host} does not see {job.output}; the folder must be on a disk that all workers share.",
+                f"{host} does not see {output}; the folder must be on a disk that all workers share.",
             )
-        with FileLock(job.lock):
-            _tidy(job.folder)
-            key = result_key(job.entry)
-            if read_summary(job.folder).get(_KEY) == key:
-                return Outcome(name, "kept", rows=figures(job.folder))
-            go = run_people if job.entry.options.everyone else run_files
-            ended = run_apart(partial(go, job.entry.options, job.folder), job.log, job.timeout_s)
+        with FileLock(output / "locks" / f"{name}.lock"):
+            _tidy(folder)
+            key = result_key(entry)
+            if read_summary(folder).get(_KEY) == key:
+                return Outcome(name, "kept", rows=figures(folder))
+            go = run_people if entry.options.everyone else run_files
+            ended = run_apart(partial(go, entry.options, folder), log, timeout_s)
             if ended.exit_code:
-                _tidy(job.folder)
+                _tidy(folder)
                 return Outcome(name, "failed", *ended)
-            add_to_summary(job.folder, **{_KEY: key})
-            job.log.unlink(missing_ok=True)
-            return Outcome(name, "done", rows=figures(job.folder))
+            add_to_summary(folder, **{_KEY: key})
+            log.unlink(missing_ok=True)
+            return Outcome(name, "done", rows=figures(folder))
     except (InputError, OSError) as error:
         return Outcome(name, "failed", *failure(error))
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ....models.common.metrics import plain
 from ....models.detector.load import load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
@@ -24,10 +25,7 @@ from ....pipeline.core.take import Told
 from .source import Shot, open_source
 
 _LOST = 30  # frames without the person who is shown, after which another may be
-_WHOLE = ("frame", "person", "dropped")  # numbers of a LivePose without decimals, and its decimals unless two
-_DIGITS = {
-    "time_s": 6, "captured_s": 6, "body": 4, "level": 4, "R_camera_from_body": 5, "R_camera_from_level": 5, "up": 5,
-}  # fmt: skip
+_DIGITS = 6  # decimals in JSON: microseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,19 +58,11 @@ class LivePose:
     dropped: int
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for JSON by the same names; joints by name, None for NaN. Four decimals of
-        places are 0.1 mm of a person 1.7 m tall, finer than any lifter."""
-        content = {
-            name: value if name in _WHOLE else _plain(value, _DIGITS.get(name, 2))
-            for name, value in vars(self).items()
-        }
+        """Plain values for JSON by the same names; joints by name, None for NaN."""
+        of_pose = {name: value for name, value in vars(self).items() if value is not None}
+        content = plain({name: np.round(value, _DIGITS).tolist() for name, value in of_pose.items()})
         joints = {name: dict(zip(H36M17.joints, content[name], strict=True)) for name in ("body", "level")}
-        return {**content, **joints}
-
-
-def _plain(values: np.ndarray | float, digits: int) -> Any:
-    values = np.asarray(values, dtype=np.float64)
-    return np.where(np.isfinite(values), np.round(values, digits).astype(object), np.array(None)).tolist()
+        return {**content, **joints, "person": self.person}
 
 
 def live_frames(

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import socket
-from dataclasses import replace
 
 import pytest
 from pyarrow import parquet
@@ -14,8 +13,8 @@ from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.pose import package_version
 from pcnet3d.stages.study.batch import take
 from pcnet3d.stages.study.batch.command import on_cluster, outcomes_of
-from pcnet3d.stages.study.batch.manifest import read_entries
-from pcnet3d.stages.study.batch.take import Job, run_take
+from pcnet3d.stages.study.batch.manifest import Entry, read_entries
+from pcnet3d.stages.study.batch.take import run_take
 
 distributed = pytest.importorskip("distributed")
 import dask  # noqa: E402
@@ -48,11 +47,11 @@ def cluster(site, monkeypatch):
         one.close()
 
 
-def jobs(folder, **kinds) -> list[Job]:
+def takes(folder, **kinds) -> tuple[Entry, ...]:
     entries = read_entries(write_study(folder / "in", **kinds), {})
     for name in ("takes", "logs", "locks"):
         (folder / "out" / name).mkdir(parents=True, exist_ok=True)
-    return [Job(entry, folder / "out") for entry in entries]
+    return entries
 
 
 def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_path):
@@ -61,7 +60,7 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_pa
     with distributed.Client(workers, set_as_default=False) as client:
         pids = list(client.run(os.getpid).values())
     with on_cluster(workers.scheduler_address) as executor:
-        coming = outcomes_of(jobs(tmp_path, good=3, crashing=1), executor)
+        coming = outcomes_of(takes(tmp_path, good=3, crashing=1), tmp_path / "out", executor)
         first = next(coming)
         os.kill(min(pids), signal.SIGKILL)
         outcomes = [first, *coming]
@@ -101,7 +100,7 @@ def test_a_cluster_without_workers_is_given_up(cluster, tmp_path):
 def test_a_scheduler_that_goes_away_is_said(cluster, tmp_path):
     workers = cluster(1)
     with on_cluster(workers.scheduler_address) as executor:
-        coming = outcomes_of(jobs(tmp_path, good=1, hanging=1), executor)
+        coming = outcomes_of(takes(tmp_path, good=1, hanging=1), tmp_path / "out", executor)
         assert next(coming).state == "done"
         workers.close()
         with pytest.raises(InputError, match="was lost"):
@@ -123,18 +122,18 @@ def test_a_scheduler_that_cannot_be_reached_is_said(pcnet3d, tmp_path):
 
 
 def test_workers_that_may_start_no_process_say_how_to_start_them(monkeypatch, tmp_path):
-    (job,) = jobs(tmp_path, good=1)
+    (entry,) = takes(tmp_path, good=1)
     monkeypatch.setattr(take.current_process(), "_config", {"daemon": True})
-    outcome = run_take(job)
+    outcome = run_take(entry, tmp_path / "out", package_version())
     assert (outcome.state, outcome.code) == ("failed", "option-conflict")
     assert "--no-nanny" in outcome.reason
 
 
 def test_a_worker_of_another_version_does_nothing(tmp_path):
-    (job,) = jobs(tmp_path, good=1)
-    outcome = run_take(replace(job, version="0.0"))
+    (entry,) = takes(tmp_path, good=1)
+    outcome = run_take(entry, tmp_path / "out", "0.0")
     assert (outcome.state, outcome.exit_code) == ("failed", 2)
     assert "install one version" in outcome.reason
-    outcome = run_take(replace(job, output=tmp_path / "nowhere"))
+    outcome = run_take(entry, tmp_path / "nowhere", package_version())
     assert "does not see" in outcome.reason
     assert not any((tmp_path / "out" / "takes").iterdir())
