@@ -2,6 +2,14 @@
 
 One network for each protocol, tested on the people of its own, beside the geometric baseline. Stopped, the same command
 goes on. DIR gets mmfi.md, mmfi.json, and a folder for each network.
+
+MM-Fi (Yang et al. 2023): E0x/Sxx/Axx/ground_truth.npy, 40 people, 27 actions, 10 frames a second, one camera. Joints
+are mapped by index, order A of formats.md; the names that are printed for this data set elsewhere are mirrored
+(formats.md section 7.1). A clip has the paper's axes, x away from the sensor, y left, z up, as the sensor stands: how
+it was mounted is not published, so +Z is up but for the sensor's own tilt.
+
+The protocols are those of the data set's toolbox: github.com/ybhbingo/MMFi_dataset @ 269f648, mmfi_lib/mmfi.py
+(decode_config) and config.yaml.
 """
 
 from __future__ import annotations
@@ -14,8 +22,15 @@ import numpy as np
 from typer import Argument, Option
 
 from ...pipeline.core.errors import InputError, needed_for
+from ...pipeline.core.frames import Z_UP
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate, transpose
+from ...pipeline.files.arrays import load
+from ...pipeline.files.skeletons import leg_length, upright_share
+from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
+from ...pipeline.signals.checks import chirality
 from ..rectifier.geometric import Geometric
 from . import training
 from .common.config import checked
@@ -23,13 +38,19 @@ from .common.metrics import OfTake
 from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .mocap.clips import Clip
-from .mocap.mmfi import PROTOCOLS, read_tree
+from .synthetic.views import CAMERA_FROM_SOURCE
 
 if TYPE_CHECKING:
     from .training.rectifier import Deployed
 
+PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
+FPS = 10.0
+SUBJECTS = tuple(f"S{i:02d}" for i in range(1, 41))
+# Who is tested, of all 40, in all actions: across subjects every fifth, across environments those recorded in E04.
+PROTOCOLS = {"S2": set(SUBJECTS[4::5]), "S3": set(SUBJECTS[30:])}
 # Every so many people of those to train on choose the best weights; the toolbox has no such part.
 _VALIDATED = 10
+_LEG_M = (0.5, 1.15)
 
 _ABOUT = (
     "Protocols of the data set's toolbox, the paper's views. Rotation in degrees, MPJPE and PA-MPJPE in mm of the "
@@ -74,6 +95,46 @@ def mmfi(
     publish(output / "mmfi", "MM-Fi", _ABOUT, {**said, "rows": rows})
 
 
+def read_tree(tree: Path) -> list[Clip]:
+    """The recordings of a tree, named by subject and action ("S05_A13"). InputError where there is none, for a file
+    that is no such recording, and of recordings that contradict what is assumed of their joints."""
+    files = sorted({*tree.glob(PATTERN), *tree.glob(f"*/{PATTERN}")})
+    if not files:
+        raise InputError("nothing-usable", f"Expected recordings as {PATTERN} in {tree}, found none.")
+    clips = []
+    for path in each(files, "files", len(files)):
+        joints = load(path, ("frames", 17, 3)).astype(np.float64)
+        world = rotate(CAMERA_FROM_SOURCE.T, joints).astype(np.float32)
+        if not np.isfinite(world).all() or not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
+            raise InputError(
+                "wrong-content", f"Expected all joints of a person in metres in {path}; download it again."
+            )
+        subject, action = path.parts[-3:-1]
+        clips.append(Clip(f"{subject}_{action}", subject, "mmfi", FPS, world))
+    check(np.concatenate([clip.joints for clip in clips]))
+    return clips
+
+
+def check(joints: np.ndarray) -> None:
+    """InputError when joints (T, 17, 3) of all recordings contradict what is assumed of order and axes: left and right,
+    by which way knees and nose point, and people who stand and face the sensor."""
+    sides = chirality(PoseSequence(joints, H36M17, Z_UP))
+    if sides.verdict in ("wrong", "legs against arms"):
+        raise InputError(
+            "sides-swapped",
+            "Expected MM-Fi's joints in Human3.6M's order, right leg first, but left and right contradict that: "
+            f"{sides}.",
+        )
+    hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
+    stand, face = upright_share(joints), float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
+    if min(stand, face) < 0.5:
+        raise InputError(
+            "wrong-axes",
+            "Expected people who stand and face MM-Fi's sensor, x right, y down, z away, but only "
+            f"{100 * min(stand, face):.0f} % of the frames do.",
+        )
+
+
 def split_of(clips: Sequence[Clip], tested: Set[str]) -> dict[str, list[Clip]]:
     """The clips of each part of a protocol, with people of its train part kept for validation. InputError when a part
     is empty."""
@@ -104,8 +165,7 @@ def judge_net(deployed: Deployed, takes: Sequence[Take]) -> dict[str, Any]:
         with torch.no_grad():
             R, error_deg = (x.double().numpy() for x in deployed(joints, valid))
             answer = deployed.net(joints, valid)
-            R_own, canonical = answer.R.double().numpy(), answer.canonical.double().numpy()
-            pose = rotate(R_own, canonical)
+        pose = rotate(answer.R.double().numpy(), answer.canonical.double().numpy())
         whole.append(compare(take, R, error_deg, rotate(transpose(R), pose)))
         bare.append(compare(take, R, error_deg, rotate(transpose(R), take.joints.astype(np.float64))))
     return {**summary(whole), "turned only": summary(bare)["mpjpe"]}

@@ -14,6 +14,7 @@ from torch import Tensor
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import Array, across, length, picked, unit
 from ..common.config import Share, Size
+from ..common.metrics import by_person
 from ..mocap.clips import OWN_SKELETON, Clip, person
 from .draw import Draw
 
@@ -132,13 +133,12 @@ def combine(lower: Tensor, upper: Tensor) -> Tensor:
 
 def proportions(clips: Sequence[Clip]) -> Tensor:
     """(people, 17) mean bone lengths in metres of the clips' people who come with their own skeleton; may be empty."""
-    found: dict[str, list[np.ndarray]] = {}
-    for clip in clips:
-        if clip.source in OWN_SKELETON:
-            lengths = bone_lengths(torch.from_numpy(clip.joints)).mean(0)
-            found.setdefault(person(clip) or clip.subject, []).append(lengths.numpy())
-    rows = [np.mean(parts, axis=0) for parts in found.values()]
-    return torch.from_numpy(np.array(rows, dtype=np.float32).reshape(-1, len(H36M17)))
+    rows = by_person(
+        (person(clip) or clip.subject, bone_lengths(torch.from_numpy(clip.joints)).mean(0).numpy())
+        for clip in clips
+        if clip.source in OWN_SKELETON
+    )
+    return torch.from_numpy(np.array([*rows.values()], dtype=np.float32).reshape(-1, len(H36M17)))
 
 
 def vary(

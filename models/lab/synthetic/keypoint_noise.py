@@ -62,9 +62,6 @@ class Noise:
     missing_run: float = 10.0
     absent_rate: float = 0.0003
     absent_run: float = 8.0
-    # Share of windows in which pelvis, thorax and spine are made from shoulders and hips, as layouts.remap does for
-    # detectors that have none, and the head lies between the ears' middle and its top.
-    derived: float = 0.0
 
 
 # As good detectors have it: OpenPose's keypoints of a real take lie 1.0 to 1.7 % from the truth at wrists and ankles as
@@ -119,6 +116,9 @@ class Spoilt:
     truncated: Share = 0.0  # the image ends somewhere in the body, mostly below
     occluded: Share = 0.0  # a part of the body is not seen for long
     absent: dict[str, Share] = field(default_factory=dict)  # joints that the detector does not have at all
+    # Pelvis, thorax and spine are made from shoulders and hips, as layouts.remap does for detectors that have none, and
+    # the head lies between the ears' middle and its top.
+    derived: Share = 0.0
 
 
 def detect(
@@ -169,9 +169,9 @@ def detect(
         keypoints = torch.where(swap[..., None, None], picked(keypoints, order), keypoints)
         confidence = torch.where(swap[..., None], confidence[..., order], confidence)
 
-    if noise.derived:
+    if spoilt is not None and spoilt.derived:
         made = derive(keypoints, draw.uniform(HEAD_HEIGHT, count)[:, None, None])
-        keypoints = torch.where(draw.share(noise.derived, count)[:, None, None, None], made, keypoints)
+        keypoints = torch.where(draw.share(spoilt.derived, count)[:, None, None, None], made, keypoints)
 
     rate = level("missing_rate") * torch.where(hidden, HIDDEN_MISSING, 1.0) * 30 / fps
     lost = draw.runs(rate.transpose(1, 2), noise.missing_run * fps / 30).transpose(1, 2)

@@ -34,7 +34,7 @@ from ..mocap.clips import FPS, Clip, lying, read_clips
 from ..synthetic.bodies import CHILDREN, PARENTS, STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ..synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ..synthetic.draw import Draw
-from ..synthetic.keypoint_noise import Noise, Spoilt, detect
+from ..synthetic.keypoint_noise import Spoilt, detect
 from ..synthetic.poses import MotionRange, varied
 from . import Device
 from .loop import Training, device_of, fingerprint, fit, write_onnx
@@ -227,7 +227,6 @@ class Material(BodyRange, MotionRange, Spoilt):
     typical: Share = 0.0  # before cameras as people use them, the others before any
     placed: Share = 0.0  # with the person where people are in real videos, and as large (synthetic.places)
     pans: Share = 0.0  # the camera slowly follows the person
-    derived: Share = 0.0  # pelvis, spine, thorax and head made as for COCO keypoints
     other_rates: Share = 0.3  # of batches: at another frame rate than 30, between 20 and 60
     focal_known: Share = 0.3  # the focal length is told exactly
     focal_estimated: Share = 0.0  # it is told with an error; the others have the assumed one
@@ -266,7 +265,6 @@ class Windows:
         ) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
         self.share = self.share.to(self.device)
         self.people = proportions(clips).to(self.device)
-        self.noise = Noise(derived=material.derived)
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
@@ -282,7 +280,7 @@ class Windows:
         shown = joints
         if material.redefined:
             shown = redefined(joints, draw, material.redefined)
-        keypoints, confidence = detect(cameras.project(shown), shown, draw, fps, self.noise, material)
+        keypoints, confidence = detect(cameras.project(shown), shown, draw, fps, spoilt=material)
         focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
         up = self._told_up(draw, cameras.R_camera_from_world[..., 2])
         x, _ = features(keypoints, _other_scores(confidence, draw), cameras.image_size, focal_px, up)

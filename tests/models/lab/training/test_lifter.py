@@ -3,6 +3,7 @@ it gets."""
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -95,11 +96,12 @@ def test_the_target_is_the_skeleton_seen_along_its_ray(rng):
     np.testing.assert_allclose(rotate(R_camera_from_ray, velocity), np.gradient(scaled, axis=1), atol=1e-6)
 
 
-def test_joints_that_were_seen_lie_on_their_rays_but_for_what_is_learned(clips):
+def test_joints_that_were_seen_lie_on_their_rays_but_for_what_is_learned(clips, monkeypatch):
     """Exact keypoints: whatever the network answers then projects onto them, seen from one point a frame. Of joints
     that were not seen the image says nothing."""
     windows = Windows(clips, replace(STILL, focal_known=1.0))
-    windows.noise = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
+    exact = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
+    monkeypatch.setattr(module, "detect", partial(module.detect, noise=exact))
     x = windows.batch(Draw(3, 0), 6, 10).x
     net = LifterNet(NetConfig(8, 16, (1, 3)))
     torch.nn.init.normal_(net.leave_bone.weight)
