@@ -10,7 +10,7 @@ import numpy as np
 
 from ...pipeline.core.layouts import H36M17
 from .contact import SIDES, contacts, leg_lengths
-from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
+from .events import Stance, Step, Stride, stances, strides, walks
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
 # Seconds of double support, and of the strides, from which a run has walked steps too: 19 of 26 lifted takes of which
@@ -68,44 +68,29 @@ def find_gait(
     body: np.ndarray,
     time_s: np.ndarray,
     seams: Sequence[int] = (),
-    *,
-    feet: dict[str, list[Stance]] | None = None,
     facing_deg: np.ndarray | None = None,
     least: float = LEAST_STEP,
 ) -> Gait:
     """The stances and walks of a take.
 
-    body: (T, 17, 3) H36M17 in BODY axes relative to the pelvis, through the usual 6 Hz low-pass; time_s: (T,). feet:
-    stances that are known otherwise, as of motion capture; None finds them. facing_deg: (T,) in still axes, None where
-    the camera moves, and then turns are not told from walks. least: a step's change of the ankles' separation in
-    lengths of a leg. InputError for other joints.
+    body: (T, 17, 3) H36M17 in BODY axes relative to the pelvis, through the usual 6 Hz low-pass; time_s: (T,).
+    facing_deg: (T,) in still axes, None where the camera moves, and then turns are not told from walks. least: a step's
+    change of the ankles' separation in lengths of a leg. InputError for other joints.
     """
-    seams = tuple(seams)
-    told, probability = feet is not None, contacts(body, time_s, seams) if feet is None else {}
+    probability = contacts(body, time_s, tuple(seams))
     apart = separation(body, time_s, seams)
-    gait = _found(feet or stances(probability, time_s, seams), apart, time_s, least, seams, facing_deg, told)
-    if told or gait.kind != "walking":
+
+    def gait_of(probability: Mapping[str, np.ndarray]) -> Gait:
+        feet = stances(probability, time_s, seams)
+        steps_in_turn = walks(feet, apart, time_s, least, seams, facing_deg)
+        # Slow steps with flights are leaps, or stances were missed.
+        return Gait(feet, [walk for walk in steps_in_turn if not slow_flights(feet, walk)])
+
+    gait = gait_of(probability)
+    if gait.kind != "walking":
         return gait
-    feet = stances(as_walked(probability, time_s, gait.walks), time_s, seams)
-    again = _found(feet, apart, time_s, least, seams, facing_deg, told)
+    again = gait_of(as_walked(probability, time_s, gait.walks))
     return again if again.walks else gait
-
-
-def _found(
-    feet: dict[str, list[Stance]],
-    apart: np.ndarray,
-    time_s: np.ndarray,
-    least: float,
-    seams: Sequence[int],
-    facing_deg: np.ndarray | None,
-    told: bool,
-) -> Gait:
-    steps_in_turn = walks(feet, apart, time_s, least, seams, facing_deg)
-    # Where contacts are known, slow steps with flights are long strides; else they are leaps, or stances were missed.
-    return Gait(
-        feet,
-        [walk for walk in steps_in_turn if not _slow_flights(feet, walk) or (told and len(walk) >= FEWEST)],
-    )
 
 
 def as_walked(
@@ -136,7 +121,7 @@ def _with_share(probability: np.ndarray, share: float) -> np.ndarray:
     return on / (on + off)
 
 
-def _slow_flights(feet: dict[str, list[Stance]], walk: list[Step]) -> bool:
+def slow_flights(feet: dict[str, list[Stance]], walk: list[Step]) -> bool:
     """Whether steps with flights follow each other more slowly than anybody runs."""
     return Gait(feet, [walk]).flies and _step_s(walk) > _RUN_STEP_S
 

@@ -7,7 +7,7 @@ away from it, are depth, and shrink in the image. The knees keep their rhythm.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,20 +43,13 @@ def gait_of(motion: Motion) -> Gait:
 
 @dataclass(frozen=True)
 class Walk:
-    """A walk or a run. kind: "walking" or "running". steps: those whose feet were seen, in order; before, behind: more,
-    told by the knees' rhythm where steps cannot be seen (`faded_steps`). cut: whether its start, and its end, were not
-    visible, so that there may be more."""
+    """A walk or a run. steps: those whose feet were seen, in order; every: with those before and behind that the knees'
+    rhythm tells where steps cannot be seen (`faded_steps`). cut: whether its start, and its end, were not visible, so
+    that there may be more."""
 
-    kind: str
     steps: tuple[Step, ...]
-    before: tuple[Step, ...] = ()
-    behind: tuple[Step, ...] = ()
-    cut: tuple[bool, bool] = (False, False)
-
-    @property
-    def every(self) -> tuple[Step, ...]:
-        """All its steps, in order."""
-        return (*self.before, *self.steps, *self.behind)
+    every: tuple[Step, ...]
+    cut: tuple[bool, bool]
 
 
 def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
@@ -81,11 +74,11 @@ def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
             until_s = gait.walks[i + 1][0].start_s if i + 1 < len(gait.walks) else np.inf
             before = [step for step in before if step.start_s >= since_s]
             behind = [step for step in behind if step.stop_s <= until_s]
-        walk = Walk(gait.kind, tuple(steps), tuple(before), tuple(behind))
-        first_s, last_s = walk.every[0].start_s, walk.every[-1].stop_s
+        every = (*before, *steps, *behind)
+        first_s, last_s = every[0].start_s, every[-1].stop_s
         starts = any(0 <= first_s - start_s < stride_s for start_s, _ in ends_s)
         stops = any(0 <= stop_s - last_s < stride_s for _, stop_s in ends_s)
-        walks.append(replace(walk, cut=(starts, stops)))
+        walks.append(Walk(tuple(steps), every, (starts, stops)))
     return walks
 
 

@@ -21,8 +21,9 @@ from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
 from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
-from ...gait.events import Stance, Step, contact_times
-from ...gait.gait import Gait, Values, facing_deg, find_gait, time_values
+from ...gait.events import FEWEST, Stance, Step, contact_times
+from ...gait.events import walks as walks_of
+from ...gait.gait import LEAST_STEP, Gait, Values, facing_deg, separation, slow_flights, time_values
 from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
 from ..common.metrics import Figure, Row, mean
@@ -135,8 +136,10 @@ def true_gait(seen: SeenTake) -> Gait:
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES.values()}
     body = rotate(transpose(seen.R_camera_from_body), filtered(seen.truth, time_s))
     facing = facing_deg(R_world_from_camera @ seen.R_camera_from_body)
-    gait = find_gait(body, time_s, feet=feet, facing_deg=facing)
-    return Gait(gait.feet, [walk for walk in gait.walks if _even(walk)])
+    steps_in_turn = walks_of(feet, separation(body, time_s), time_s, LEAST_STEP, facing_deg=facing)
+    # Contacts are known, so slow steps with flights are long strides.
+    known = [walk for walk in steps_in_turn if len(walk) >= FEWEST or not slow_flights(feet, walk)]
+    return Gait(feet, [walk for walk in known if _even(walk)])
 
 
 def _even(walk: Sequence[Step]) -> bool:
