@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Look
 from ...pipeline.core.errors import InputError
 from .evidence import doubtful
-from .lines import Fit, directions, fits, log_before, segments_of, support, tangent
+from .lines import Fit, explained, fits, log_before, segments_of, tangent
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
 # Pitch and roll that no number of lines makes surer: distortion, walls out of plumb, a principal point off the
@@ -70,7 +70,8 @@ def up_from_images(
     best = answers[0]
     if best.gain < _LEAST_GAIN:
         return Unknown("the straight lines do not run along upright walls and level edges")
-    third, second, _ = np.sort(support(segments, best))
+    support, runs_along = explained(segments, best)
+    third, second, _ = np.sort(support)
     failure = max(
         next(rate for most, rate in _FAILURES if best.gain <= most),
         _FLAT_FAILURE if third < _LEAST_SUPPORT else 0.0,
@@ -94,7 +95,7 @@ def up_from_images(
         covariance=tangent(best.up) @ covariance @ tangent(best.up).T,
         failure=failure,
         ends=segments.ends[: segments.first] * side + np.array([width, height]) / 2,
-        runs_along=directions(segments, best)[: segments.first],
+        runs_along=runs_along[: segments.first],
     )
     focal_sd_px = float(_FOCAL_SHARE * best.focal * side * np.sqrt(best.covariance[2, 2]))
     return ImageUp(look, best.focal * side, focal_sd_px)

@@ -194,22 +194,15 @@ def fits(segments: Segments, focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FO
     return distinct
 
 
-def support(segments: Segments, fit: Fit) -> np.ndarray:
-    """(3,) by how much the gain falls without each of the directions."""
-    share = _likelihood(segments, fit) * _SHARES
-    clutter = (1 - _SHARES.sum()) * _chance(segments)
+def explained(segments: Segments, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) by how much the gain falls without each of the directions, and (N,) along which of them each segment most
+    likely runs: 0 vertical, 1 and 2 horizontal, -1 none."""
+    chance, share = _chance(segments), _likelihood(segments, fit) * _SHARES
+    clutter = (1 - _SHARES.sum()) * chance
     whole = share.sum(axis=1) + clutter
-    without = np.maximum(whole[:, None] - share, 1e-12) + _SHARES * _chance(segments)[:, None]
-    return np.log(whole[:, None] / without).T @ segments.weight
-
-
-def directions(segments: Segments, fit: Fit) -> np.ndarray:
-    """(N,) which direction each segment most likely runs along: 0 vertical, 1 and 2 horizontal, -1 none."""
-    likelihood = _likelihood(segments, fit)
-    share = likelihood * _SHARES
-    other = (1 - _SHARES.sum()) * _chance(segments)
-    best = share.argmax(axis=1)
-    return np.where(share.max(axis=1) > other, best, -1)
+    without = np.maximum(whole[:, None] - share, 1e-12) + _SHARES * chance[:, None]
+    support = np.log(whole[:, None] / without).T @ segments.weight
+    return support, np.where(share.max(axis=1) > clutter, share.argmax(axis=1), -1)
 
 
 def _chance(segments: Segments) -> np.ndarray:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ...pipeline.core.camera import Look
-from .evidence import Evidence, TakeUp, about, fuse
+from .evidence import Evidence, about, fuse
 from .fusion import fused_up
 from .levelling import Levelled, level, static_up, why_not
 from .person import PersonFrames
@@ -29,15 +29,6 @@ def level_people(
         return alone
     names = _numbered([person.name for person in people])
     own = {name: levelled.up for name, levelled, use in zip(names, alone, heard, strict=True) if use}
-    shared = _shared(own, told, look)
-    return [level(person, shared) for person in people]
-
-
-def _shared(own: Mapping[str, TakeUp], told: Sequence[Evidence], look: Look | None) -> TakeUp:
-    """own: each person's up by name."""
-    if not own:
-        return fused_up((), told, look)
-    errors = {name: float(up.error_deg) for name, up in own.items()}
 
     def said(wider: float) -> list[Evidence]:
         return [
@@ -46,9 +37,11 @@ def _shared(own: Mapping[str, TakeUp], told: Sequence[Evidence], look: Look | No
             if up.covariance is not None
         ]
 
-    wider = max(1.0, min(errors.values()) / float(fuse(said(1.0)).error_deg))
+    errors = {name: float(up.error_deg) for name, up in own.items()}
+    wider = max(1.0, min(errors.values()) / float(fuse(said(1.0)).error_deg)) if own else 1.0
     fused = fused_up(said(wider), told, look)
-    return replace(fused, own=fused.own | {name: (up.up, errors[name]) for name, up in own.items()})
+    shared = replace(fused, own=fused.own | {name: (up.up, errors[name]) for name, up in own.items()})
+    return [level(person, shared) for person in people]
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

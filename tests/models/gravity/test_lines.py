@@ -42,7 +42,7 @@ def test_up_and_focal_length_of_a_built_world(pitch, roll, focal):
     assert angle_deg(best.up, up) < 0.8
     if abs(pitch) >= 15:
         assert best.focal == pytest.approx(focal, rel=0.06)
-    along = lines.directions(segments, best)
+    _, along = lines.explained(segments, best)
     assert (along[:60] == 0).mean() > 0.9
     assert (along[60:140] > 0).mean() > 0.8
 
