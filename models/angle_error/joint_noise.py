@@ -42,6 +42,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, transpose
 from ...pipeline.core.system import cores
 from ...pipeline.signals.angles import ANGLES, angles, near
+from .repeatability import known_median
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
@@ -159,15 +160,8 @@ def limb_spread(joints: np.ndarray) -> np.ndarray:
     """(T,) root mean square deviation of limb lengths from the take's medians, as a share; joints (T, 17, 3)."""
     ends = np.array([H36M17.indices(bone) for bone in _LIMBS])
     length = np.linalg.norm(joints[:, ends[:, 0]] - joints[:, ends[:, 1]], axis=-1)
-    finite = np.isfinite(length)
-    median = np.array(
-        [
-            np.median(bone[fine]) if fine.any() else np.nan
-            for bone, fine in zip(length.T, finite.T, strict=True)
-        ]
-    )
-    square = np.where(finite, (length / median - 1) ** 2, 0.0).sum(axis=1)
-    count = finite.sum(axis=1)
+    square = (length / [known_median(bone) for bone in length.T] - 1) ** 2
+    count, square = np.isfinite(square).sum(axis=1), np.nansum(square, axis=1)
     return np.where(count > 0, _LEAST_SPREAD + np.sqrt(square / np.maximum(count, 1)), np.nan)
 
 

@@ -63,37 +63,14 @@ class Way(NamedTuple):
 
 @dataclass(frozen=True)
 class Flow:
-    """How alike the movements of keypoints and image are, from 1 to -1. joints: movements compared. moved: root mean
-    square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: if
-    they were numbered in another way; gain: by how much that is more, in the images that both ways have; mirrored: of
-    keypoints that are mirrored; backwards: of ones that run backwards."""
+    """How keypoints move beside their video. moved: root mean square of their movements, pixels of an image whose
+    longer side has 480. alike: how alike those of the image are, from 1 to -1. way: the numbering that fits best. how:
+    How both contradict each other, "" where that is unclear; None where they do not."""
 
-    joints: int
     moved: float
     alike: float
-    best: float
-    gain: float
     way: Way
-    mirrored: float
-    backwards: float
-
-    @property
-    def how(self) -> str | None:
-        """How keypoints and video contradict each other, "" where that is unclear; None where they do not."""
-        turned = {"mirrored": self.mirrored, "backwards": self.backwards}
-        turn = max(turned, key=turned.__getitem__)
-        if turned[turn] > max(self.alike + _OTHER_WAY, _ALIKE):
-            return ": they move as in a video that " + (
-                "is mirrored" if turn == "mirrored" else "runs backwards"
-            )
-        lag, rate, since = self.way
-        least = _OF_A_PART if lag not in NEAR_LAGS else _ALIKE
-        if self.gain > _BETTER and self.best > least and (abs(lag) > 1 or rate != 1):
-            if rate != 1:
-                return f": they fit where their numbers grow {rate:.3g} times as fast as the video's"
-            when = "later" if lag > 0 else "earlier"
-            return f": they fit {abs(lag)} frames {when}" + (f" from frame {since} on" if since else "")
-        return "" if self.alike < _ALIKE else None
+    how: str | None
 
 
 def pairs_of(first: int, last: int, fps: float, key_frames: Sequence[int] = ()) -> list[tuple[int, int]]:
@@ -163,15 +140,32 @@ def flow_of(
             return None
         numbered, joints = best, int(_count(*best))
     return Flow(
-        joints,
         float(np.sqrt((numbered[1] ** 2).sum() / joints)),
-        float(_alike(*numbered)),
-        float(_alike(*best)),
-        gain,
+        alike := float(_alike(*numbered)),
         way,
-        mirrored=float(_alike(*moved(lambda frames: frames, mirrored=True))),
-        backwards=float(_alike(*moved(lambda frames: first + last - frames))),
+        _how(
+            alike,
+            way,
+            gain > _BETTER and float(_alike(*best)) > (_ALIKE if way.lag in NEAR_LAGS else _OF_A_PART),
+            mirrored=float(_alike(*moved(lambda frames: frames, mirrored=True))),
+            backwards=float(_alike(*moved(lambda frames: first + last - frames))),
+        ),
     )
+
+
+def _how(alike: float, way: Way, better: bool, mirrored: float, backwards: float) -> str | None:
+    """As Flow says. better: whether way fits clearly better. mirrored, backwards: how alike the movements are of
+    keypoints that are mirrored, and of ones that run backwards."""
+    if max(mirrored, backwards) > max(alike + _OTHER_WAY, _ALIKE):
+        turned = "is mirrored" if mirrored >= backwards else "runs backwards"
+        return f": they move as in a video that {turned}"
+    lag, rate, since = way
+    if better and rate != 1:
+        return f": they fit where their numbers grow {rate:.3g} times as fast as the video's"
+    if better and abs(lag) > 1:
+        when = "later" if lag > 0 else "earlier"
+        return f": they fit {abs(lag)} frames {when}" + (f" from frame {since} on" if since else "")
+    return "" if alike < _ALIKE else None
 
 
 def _rates(rows: int) -> list[float]:

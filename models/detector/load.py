@@ -34,7 +34,7 @@ def load_detector(
     Files may hold MoveNet, and RTMPose and other SimCC networks, which look at a single person: they follow one through
     the images, or get everybody's box from `person_detector`, a name or the .onnx file of a YOLOX. everybody: get the
     boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 or 2
-    (topdown.TwoLooks); None for 2. InputError when there is no such name or file, or it is of another kind.
+    (topdown.looked_twice); None for 2. InputError when there is no such name or file, or it is of another kind.
     """
     if looks not in (None, 1, 2):
         raise InputError("bad-value", f"Expected 1 or 2 looks at a person, got --set detect.looks={looks}.")

@@ -9,6 +9,7 @@ al., "Stacked Hourglass Networks", ECCV 2016).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -23,43 +24,28 @@ _SECOND = 0.88  # the crop's size at the second look, as a share of what the net
 _SAME = 0.06  # of the person's size: answers nearer to each other than this mean the same point
 
 
-class TwoLooks:
-    """CropNetwork whose every look is two of another one. Of a joint on which both agree the answer is their mean by
-    their scores, of others that of the surer look."""
-
-    def __init__(self, network: CropNetwork) -> None:
-        self._network = network
-        self.aspect, self.room = network.aspect, network.room
-        self.layout: Layout = network.layout
-        self.method = f"{network.method}, 2 looks"
-
-    def look(self, image: np.ndarray, crop: Crop) -> Found:
-        """As CropNetwork says."""
-        first = self._network.look(image, crop)
-        if first.sure < LOST:
-            return first  # nor will another look see anybody
-        again_xy, again_score = self._mirrored(image, crop)
-        xy, score = np.stack([first.xy, again_xy]), np.stack([first.score, again_score])
-        size = np.ptp(first.box.reshape(2, 2), axis=0).max()
-        near = np.linalg.norm(xy[0] - xy[1], axis=-1) <= _SAME * size
-        surer = np.array([score[0] >= score[1], score[0] < score[1]])
-        counts = np.where(near, True, surer)  # (looks, J)
-        weights = counts * np.maximum(score, 1e-6)
-        mean = (weights[..., None] * xy).sum(axis=0) / weights.sum(axis=0)[:, None]
-        return Found(mean, (counts * score).sum(axis=0) / counts.sum(axis=0), first.box, first.sure)
-
-    def next_crop(self, person: Found) -> Crop:
-        """As CropNetwork says."""
-        return self._network.next_crop(person)
-
-    def _mirrored(self, image: np.ndarray, crop: Crop) -> tuple[np.ndarray, np.ndarray]:
-        """(J, 2) joints and (J,) scores of a look at a smaller part about the same middle of the mirrored image."""
-        centre = np.array([crop.left + crop.width / 2, crop.top + crop.height / 2])
-        part = around(centre, _SECOND * crop.width, _SECOND * crop.height)
-        width, other = image.shape[1], self.layout.mirror
-        mirrored_part = Crop(width - part.left - part.width, part.top, part.width, part.height)
-        person = self._network.look(image[:, ::-1], mirrored_part)
-        return np.array([width, 0]) + person.xy[other] * (-1, 1), person.score[other]
+def looked_twice(network: CropNetwork, image: np.ndarray, crop: Crop) -> Found:
+    """As CropNetwork.look, by two looks. Of a joint on which both agree the answer is their mean by their scores, of
+    others that of the surer look."""
+    first = network.look(image, crop)
+    if first.sure < LOST:
+        return first  # nor will another look see anybody
+    # A smaller part about the same middle, of the mirrored image.
+    centre = np.array([crop.left + crop.width / 2, crop.top + crop.height / 2])
+    part = around(centre, _SECOND * crop.width, _SECOND * crop.height)
+    width, other = image.shape[1], network.layout.mirror
+    again = network.look(
+        image[:, ::-1], Crop(width - part.left - part.width, part.top, part.width, part.height)
+    )
+    xy = np.stack([first.xy, np.array([width, 0]) + again.xy[other] * (-1, 1)])
+    score = np.stack([first.score, again.score[other]])
+    size = np.ptp(first.box.reshape(2, 2), axis=0).max()
+    near = np.linalg.norm(xy[0] - xy[1], axis=-1) <= _SAME * size
+    surer = np.array([score[0] >= score[1], score[0] < score[1]])
+    counts = np.where(near, True, surer)  # (looks, J)
+    weights = counts * np.maximum(score, 1e-6)
+    mean = (weights[..., None] * xy).sum(axis=0) / weights.sum(axis=0)[:, None]
+    return Found(mean, (counts * score).sum(axis=0) / counts.sum(axis=0), first.box, first.sure)
 
 
 class Follower:
@@ -71,32 +57,33 @@ class Follower:
 
     def __init__(self, network: CropNetwork, twice: bool = False) -> None:
         """twice: whether a person who was found is looked at twice."""
-        self._one, self._network = network, TwoLooks(network) if twice else network
-        self.method = self._network.method
+        self._network, self._twice = network, twice
+        self._look = partial(looked_twice, network) if twice else network.look
+        self.method = f"{network.method}{', 2 looks' * twice}"
         self.layout: Layout = network.layout
 
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says; the first of `before` is followed."""
         for person in before[:1]:
-            person_now = self._network.look(image, self._network.next_crop(person))
+            person_now = self._look(image, self._network.next_crop(person))
             if person_now.sure >= LOST and _middle_inside(person_now, image):
                 return (person_now,)
         person_now = self._search(image)
         if person_now is None:
             return ()
         # A tree that passes for somebody in one look seldom does so in another, where the next frame looks.
-        again = self._network.look(image, self._one.next_crop(person_now))
+        again = self._look(image, self._network.next_crop(person_now))
         if again.sure < _FOUND:
             return ()
-        return (person_now if self._network is self._one else again,)
+        return (again if self._twice else person_now,)
 
     def _search(self, image: np.ndarray) -> Found | None:
         best = None
         for window in _windows(image):
-            person = self._one.look(image, fitted(window, self._one.aspect))
+            person = self._network.look(image, fitted(window, self._network.aspect))
             for _ in range(_CLOSER):
                 if person.sure >= _HINT:
-                    person = self._one.look(image, self._one.next_crop(person))
+                    person = self._network.look(image, self._network.next_crop(person))
             if person.sure < _FOUND or not _middle_inside(person, image):
                 continue
             # Of equals that of the larger window, which shows all of it.
@@ -110,16 +97,16 @@ class TopDown:
 
     def __init__(self, network: CropNetwork, persons: PersonNetwork, twice: bool = False) -> None:
         """twice: whether every person is looked at twice."""
-        self._network = TwoLooks(network) if twice else network
-        self._persons = persons
-        self.method = f"{self._network.method}+{persons.method}"
+        self._network, self._persons = network, persons
+        self._look = partial(looked_twice, network) if twice else network.look
+        self.method = f"{network.method}{', 2 looks' * twice}+{persons.method}"
         self.layout: Layout = network.layout
 
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says."""
         network = self._network
         crops = (fitted(box, network.aspect, network.room) for box in self._persons.boxes(image))
-        everybody = (network.look(image, crop) for crop in crops)
+        everybody = (self._look(image, crop) for crop in crops)
         return tuple(person for person in everybody if person.sure >= LOST)
 
 

@@ -21,7 +21,7 @@ from pcnet3d.models.detector.crops import Crop
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.movenet import MoveNet
 from pcnet3d.models.detector.protocols import Found
-from pcnet3d.models.detector.topdown import Follower, TwoLooks
+from pcnet3d.models.detector.topdown import Follower, looked_twice
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, HALPE26
 from pcnet3d.pipeline.files.video_frames import images_from
@@ -199,7 +199,7 @@ def image():
 
 def test_looks_that_agree_change_nothing(image):
     fake = Fake()
-    found = TwoLooks(fake).look(image, CROP)
+    found = looked_twice(fake, image, CROP)
     np.testing.assert_allclose(found.xy, JOINTS, atol=1e-3)
     np.testing.assert_allclose(found.score, 0.8, atol=1e-6)
     assert found.sure == pytest.approx(0.9)
@@ -211,7 +211,7 @@ def test_looks_that_agree_change_nothing(image):
 
 
 def test_small_errors_are_averaged(image):
-    found = TwoLooks(Fake([np.array([4.0, 0]), np.array([-2.0, 2.0])])).look(image, CROP)
+    found = looked_twice(Fake([np.array([4.0, 0]), np.array([-2.0, 2.0])]), image, CROP)
     np.testing.assert_allclose(found.xy - JOINTS, np.tile([1.0, 1.0], (17, 1)), atol=1e-3)
 
 
@@ -219,14 +219,14 @@ def test_of_two_that_contradict_each_other_one_is_taken_never_the_middle(image):
     far = np.zeros((17, 2))
     far[R_WRIST] = (60, 0)
     for scores, expected in (((0.8, 0.7), JOINTS + far), ((0.7, 0.8), JOINTS), ((0.8, 0.8), JOINTS + far)):
-        found = TwoLooks(Fake([far], score=scores)).look(image, CROP)
+        found = looked_twice(Fake([far], score=scores), image, CROP)
         np.testing.assert_allclose(found.xy, expected, atol=1e-3)  # the surer one, of equals the first
         assert found.score[R_WRIST] == pytest.approx(max(scores))
 
 
 def test_where_nobody_is_one_look_is_enough(image):
     fake = Fake(sure=0.1)
-    assert TwoLooks(fake).look(image, CROP).sure == pytest.approx(0.1)
+    assert looked_twice(fake, image, CROP).sure == pytest.approx(0.1)
     assert len(fake.crops) == 1
 
 
