@@ -91,5 +91,5 @@ class Detect:
         return take.saying(*notices, *rate_doubts(told.fps, video), *swapped)
 
     def _keep(self, found: Detections) -> None:
-        if self.checkpoint is not None:
+        if self.checkpoint is not None and len(found.person):
             found.save(self.checkpoint)

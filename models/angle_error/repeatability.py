@@ -9,7 +9,6 @@ differences lie inside. Of two takes it is smaller where both were filmed from a
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -63,18 +62,11 @@ def difference_sd(figure: str, errors: tuple[float, float], between: Between) ->
     return float(shipped()["factors"][between].get(figure, 1.0) * np.hypot(*errors))
 
 
-def range_sd(
-    angle: str,
-    found_deg: float,
-    ends_deg: float,
-    lasts_s: float,
-    fitted: Mapping[str, Sequence[float]] | None = None,
-) -> float:
+def range_sd(angle: str, found_deg: float, ends_deg: float, lasts_s: float) -> float:
     """One standard deviation of an angle's range by the shipped lifter: a share of what independent errors of its ends
     come to (ends_deg), and one of the range itself, which a lifter finds too small; both larger in a brief take
-    (lasts_s). angle: of both sides, "knee_flexion". fitted: {angle: these two}, those that are shipped without."""
-    parts: Mapping[str, Sequence[float]] = shipped()["ranges"] if fitted is None else fitted
-    share, of_range = parts.get(angle, (1.0, 0.0))
+    (lasts_s). angle: of both sides, "knee_flexion"."""
+    share, of_range = shipped()["ranges"].get(angle, (1.0, 0.0))
     return brief(lasts_s) * float(np.hypot(share * ends_deg, of_range * found_deg))
 
 

@@ -126,11 +126,6 @@ class Search:
             source=source,
         )
 
-    @property
-    def people(self) -> bool:
-        """Whether anybody was found."""
-        return len(self._whose) > 0
-
     def take_up(self, resume: Detections, last: Glance | None) -> None:
         """Know what is known, and be in the state of after the last frame that was looked at. last: what the next image
         is compared with."""
@@ -166,7 +161,7 @@ def detect(
     keep: Callable[[Detections], None] = lambda detections: None,
 ) -> Detections:
     """Everybody in the video's span. source: what a later run compares before it goes on with these. keep: called with
-    what was found so far, about every minute and at the end, once there is anybody.
+    what was found so far, about every minute and at the end.
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was
     kept, to go on from; the result is the same as in one go. In the answer alone repeated images are left out, and who
@@ -187,11 +182,7 @@ def detect(
         search.take_up(resume, _glance_before(video, first, resume.frames_seen))
     seen = total
 
-    def keep_now() -> None:
-        if search.people:
-            keep(search.detections(total, search.seen, source))
-
-    kept = Keeper(keep_now)
+    kept = Keeper(lambda: keep(search.detections(total, search.seen, source)))
     with interruptible() as asked, counted("detect", total - first) as count:
         for number, image in images_ahead(video, search.seen, total - 1, search.damaged):
             search.look(number, float(video.time_s[number]), image)
@@ -207,8 +198,7 @@ def detect(
             "rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
     detections = search.detections(total, seen, source)
-    if search.people:
-        keep(detections)
+    keep(detections)
     return _told_apart(without_repeats(detections))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import zip_longest
 from typing import Literal
 
 import numpy as np
@@ -72,13 +71,11 @@ def camera_of(
         view = static_camera(looks, boxes, *focals)
     view = replace(view, intrinsics=intrinsics, background=background)
     # Of a camera that shakes other frames have another up than the images that were looked at.
-    looks = [
-        replace(
-            look, covariance=look.covariance + view.shake_rad**2 * (np.eye(3) - np.outer(look.up, look.up))
-        )
-        for look in view.looks
-    ]
-    return replace(view, looks=tuple(looks))
+    shaken = []
+    for look in view.looks:
+        more = view.shake_rad**2 * (np.eye(3) - np.outer(look.up, look.up))
+        shaken.append(replace(look, covariance=look.covariance + more))
+    return replace(view, looks=tuple(shaken))
 
 
 def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, int]) -> Background | None:
@@ -92,13 +89,15 @@ def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, i
     def moved(start: int, end: int) -> Shift | None:
         return shift(images[start], images[end], [boxes[start], boxes[end]])
 
-    pairs = [(start, end) for start, end in pairs if start in images and end in images]
-    shifts = [(start, end, way) for start, end in pairs if (way := moved(start, end)) is not None]
-    glimpses = []
-    for (start, end, way), after in zip_longest(shifts, shifts[1:]):
-        apart_s = float(video.time_s[end] - video.time_s[start])
-        onward = moved(start, after[0]) if after else None
-        glimpses.append(Glimpse(float(video.time_s[start]), apart_s, way, onward))
+    glimpses, before = list[Glimpse](), span[0]
+    for start, end in pairs:
+        if start not in images or end not in images or (way := moved(start, end)) is None:
+            continue
+        if glimpses:
+            glimpses[-1] = replace(glimpses[-1], onward=moved(before, start))
+        times_s = video.time_s[[start, end]]
+        glimpses.append(Glimpse(float(times_s[0]), float(np.diff(times_s)[0]), way))
+        before = start
     return background_of(glimpses)
 
 

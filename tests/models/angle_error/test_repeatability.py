@@ -94,10 +94,11 @@ def test_a_difference_has_the_fitted_share_of_independent_errors_and_no_figure_i
 
 
 def test_a_range_has_a_share_of_its_ends_errors_and_one_of_itself():
-    knee = {"knee_flexion": (0.5, 0.1)}
-    assert range_sd("knee_flexion", 50.0, 10.0, np.inf, knee) == pytest.approx(np.hypot(5, 5))
-    assert range_sd("knee_flexion", 50.0, 10.0, 2.0, knee) == pytest.approx(10.0)
-    assert range_sd("knee_flexion", 50.0, 10.0, np.inf, {}) == 10.0
+    share, of_range = shipped()["ranges"]["knee_flexion"]
+    long = float(np.hypot(10 * share, 50 * of_range))
+    assert range_sd("knee_flexion", 50.0, 10.0, np.inf) == pytest.approx(long)
+    assert range_sd("knee_flexion", 50.0, 10.0, 2.0) == pytest.approx(np.sqrt(2) * long)
+    assert range_sd("unheard.of", 50.0, 10.0, np.inf) == 10.0
     for name in ANGLES:  # two to three times too wide as independent ends
         assert range_sd(of_both(name), 30.0, 12.0, 10.0) < 12.0
 
