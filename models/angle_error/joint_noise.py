@@ -160,7 +160,8 @@ def limb_spread(joints: np.ndarray) -> np.ndarray:
     """(T,) root mean square deviation of limb lengths from the take's medians, as a share; joints (T, 17, 3)."""
     ends = np.array([H36M17.indices(bone) for bone in _LIMBS])
     length = np.linalg.norm(joints[:, ends[:, 0]] - joints[:, ends[:, 1]], axis=-1)
-    square = (length / [known_median(bone) for bone in length.T] - 1) ** 2
+    median = np.array([known_median(bone) for bone in length.T], length.dtype)
+    square = (length / median - 1) ** 2
     count, square = np.isfinite(square).sum(axis=1), np.nansum(square, axis=1)
     return np.where(count > 0, _LEAST_SPREAD + np.sqrt(square / np.maximum(count, 1)), np.nan)
 
