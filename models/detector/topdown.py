@@ -25,8 +25,8 @@ _SAME = 0.06  # of the person's size: answers nearer to each other than this mea
 
 
 def looked_twice(network: CropNetwork, image: np.ndarray, crop: Crop) -> Found:
-    """As CropNetwork.look, by two looks. Of a joint on which both agree the answer is their mean by their scores, of
-    others that of the surer look."""
+    """As CropNetwork.look at an image (H, W, 3), by two looks. Of a joint on which both agree the answer is their mean
+    by their scores, of others that of the surer look."""
     first = network.look(image, crop)
     if first.sure < LOST:
         return first  # nor will another look see anybody
