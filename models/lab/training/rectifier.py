@@ -15,13 +15,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 import torch
@@ -615,24 +614,19 @@ def start_with(net: PCNet, path: Path) -> None:
         import onnx
     own = {name: value for name, value in net.state_dict().items() if name.startswith("residual.")}
     with reading(path, "a network as the config's [net] says"):
-        graph = onnx.load(str(path), load_external_data=False).graph
-        arrays = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
-        tensors = {name: torch.from_numpy(array.copy()) for name, array in arrays.items()}
-        net.load_state_dict(own | _by_parameter(graph.node, tensors))
+        kept = onnx.load(str(path), load_external_data=False).graph.initializer
+        tensors = {each.name: torch.from_numpy(onnx.numpy_helper.to_array(each).copy()) for each in kept}
+        net.load_state_dict(own | _by_parameter(tensors))
 
 
-def _by_parameter(nodes: Sequence[Any], tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
+def _by_parameter(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """The weights of an exported network by their names in PCNet. What no input changes the exporter works out ahead
     and forgets the names of: the joints' positions, the graph's adjacency, and the halves of a bias that keys and
-    values share."""
+    values share, which stand in the order of their matrices."""
     weights = {name.removeprefix("net."): each for name, each in tensors.items() if name.startswith("net.")}
-    whole = {node.output[0]: node.input[0] for node in nodes if node.op_type == "Slice"}
-    halves = defaultdict(list)
-    for node in nodes:
-        named = whole.get(node.input[1], "") if node.op_type == "Gemm" else ""
-        if named.endswith("key_value.weight"):
-            halves[named.removeprefix("net.").removesuffix("weight") + "bias"].append(tensors[node.input[2]])
-    weights |= {name: torch.cat(parts) for name, parts in halves.items()}
+    halves = iter([tensor for name, tensor in tensors.items() if name.startswith("slice_")])
+    for name in [name for name in weights if name.endswith("key_value.weight")]:
+        weights[name.replace("weight", "bias")] = torch.cat([next(halves), next(halves)])
     for tensor in tensors.values():
         # Half is the skeleton's where alpha is 0.
         if tensor.is_floating_point() and tensor.shape == (JOINTS, JOINTS):
