@@ -12,19 +12,22 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import cosine_similarity, mse_loss
 from typer import Option
 
 from ...pipeline.core.device import computing_on
-from ...pipeline.core.errors import needed_for
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.atomic import refuse_unwritable
 from ...pipeline.reading.settings import OnDevice
 from ...pipeline.running.progress import counted
+from ..common import vectors
 from ..rectifier.load import load_rectifier
 from .common.metrics import OfTake
 from .evaluation.evaluate import note_look, publish, refuse_unexplained
@@ -32,9 +35,7 @@ from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .evaluation.runs import EVALUATION_SETS, Sets
 from .mocap.clips import data_set, read_clips
 from .synthetic.views import CAMERA_FROM_SOURCE
-
-if TYPE_CHECKING:
-    from torch import Tensor, nn
+from .training.rectifier import geodesic, gram_schmidt
 
 VIEWS = 6
 BATCH, RATE, WEIGHT_DECAY = 256, 1e-4, 1e-4
@@ -82,8 +83,6 @@ def authors(
 
 def network() -> nn.ModuleDict:
     """Joints (B, 51) to features (B, 256), and these to the rotation's six numbers and a residual of every joint."""
-    from torch import nn
-
     layers: list[nn.Module] = []
     for inputs, outputs in ((51, 512), (512, 256), (256, 128)):
         layers += [nn.Linear(inputs, outputs), nn.ReLU(), nn.Dropout(0.1)]
@@ -97,33 +96,24 @@ def network() -> nn.ModuleDict:
 def answer(net: nn.ModuleDict, joints: Tensor) -> tuple[Tensor, Tensor]:
     """R (B, 3, 3) and the residual (B, 17, 3) in metres for joints (B, 17, 3) relative to the pelvis, in the paper's
     axes: x away, y left, z up."""
-    from .training.rectifier import gram_schmidt
-
     features = net["encoder"](joints.flatten(1))
     return gram_schmidt(net["rotation"](features)), net["residual"](features).unflatten(1, (-1, 3))
 
 
 def loss_of(net: nn.ModuleDict, joints: Tensor, R: Tensor) -> Tensor:
     """Their loss for inputs (B, 17, 3) whose true rotations are R (B, 3, 3)."""
-    from torch.nn.functional import mse_loss
-
-    from ..common.vectors import rotate as turned
-    from .training.rectifier import geodesic
-
-    truth = turned(R.mT, joints)
+    truth = vectors.rotate(R.mT, joints)
     found, residual = answer(net, joints)
-    canonical = turned(found, joints) + residual
+    canonical = vectors.rotate(found, joints) + residual
     (lengths, elbow), (true_lengths, true_elbow) = _shape(canonical), _shape(truth)
     perceptual = mse_loss(lengths, true_lengths) + mse_loss(elbow, true_elbow)
-    cycle = mse_loss(turned(found, canonical), joints)
+    cycle = mse_loss(vectors.rotate(found, canonical), joints)
     loss = POSE * mse_loss(canonical, truth) + ROTATION * geodesic(found, R).mean()
     return loss + CYCLE * cycle + PERCEPTUAL * perceptual + RESIDUAL * residual.norm(dim=-1).mean()
 
 
 def _shape(joints: Tensor) -> tuple[Tensor, Tensor]:
     """Bones' lengths (B, bones) in metres and the angle (B,) in radians at the second of the joints of _ELBOW."""
-    from torch.nn.functional import cosine_similarity
-
     start, end = _BONES
     a, b, c = (joints[:, joint] for joint in _ELBOW)
     cosine = cosine_similarity(a - b, c - b, dim=-1).clamp(-1 + 1e-6, 1 - 1e-6)  # arccos has no gradient at 1
@@ -131,9 +121,7 @@ def _shape(joints: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def trained(takes: Sequence[Take], steps: int) -> nn.ModuleDict:
-    """The network after so many steps of random frames of the takes. InputError without torch."""
-    with needed_for("Training"):
-        import torch
+    """The network after so many steps of random frames of the takes."""
     torch.manual_seed(0)
     torch.set_num_threads(1)  # layers so small gain nothing by more
     R = np.concatenate([CAMERA_FROM_SOURCE.T @ take.R for take in takes])
@@ -156,8 +144,6 @@ def trained(takes: Sequence[Take], steps: int) -> nn.ModuleDict:
 
 def judge_net(net: nn.ModuleDict, takes: Sequence[Take]) -> tuple[list[OfTake], list[OfTake]]:
     """Errors (rectifiers.compare) of R x + residual, and of R^T x."""
-    import torch
-
     own, back = [], []
     for take in takes:
         joints = rotate(CAMERA_FROM_SOURCE.T, take.joints)

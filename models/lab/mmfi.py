@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
+import torch
 from typer import Argument, Option
 
-from ...pipeline.core.errors import InputError, needed_for
+from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import Z_UP
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
@@ -39,9 +40,7 @@ from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .mocap.clips import Clip
 from .synthetic.views import CAMERA_FROM_SOURCE
-
-if TYPE_CHECKING:
-    from .training.rectifier import Deployed
+from .training.rectifier import Deployed, TrainConfig, step_s, train
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
 FPS = 10.0
@@ -67,10 +66,6 @@ def mmfi(
     threads: Annotated[int, Option(min=1, help="CPU threads.")] = 4,
 ) -> None:
     """Train on MM-Fi by its protocols S2 and S3 and print the paper's table."""
-    with needed_for("Training"):
-        import torch
-
-        from .training.rectifier import TrainConfig, step_s, train
     torch.set_num_threads(threads)
     clips = read_tree(tree)
     source = config or Path(training.__file__).with_name("mmfi.toml")
@@ -155,8 +150,6 @@ def split_of(clips: Sequence[Clip], tested: Set[str]) -> dict[str, list[Clip]]:
 def judge_net(deployed: Deployed, takes: Sequence[Take]) -> dict[str, Any]:
     """Figures of what a network answers, but of the pose with what the residual head made of it, which an exported
     network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
-    import torch
-
     whole: list[OfTake] = []
     bare: list[OfTake] = []
     for take in takes:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
+import torch
 import typer
 
-from ...pipeline.core.errors import InputError, needed_for
+from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.removed import refuse_removed
 from ...pipeline.running.recipe import load_toml
 from .common.config import checked
-from .training import Device
+from .training import Device, lifter, rectifier
+
+_TRAINERS = {"lifter": lifter, "pcnet": rectifier}
 
 
 def train(
@@ -25,8 +28,6 @@ def train(
 ) -> None:
     """Train a network of this package from a config file, or continue a stopped training."""
     trainer, checked_config = read_config(config)
-    import torch
-
     torch.set_num_threads(threads)
     trainer.train(checked_config, output, device)
 
@@ -34,14 +35,11 @@ def train(
 def read_config(path: Path) -> tuple[Any, Any]:
     """The module that trains what a config file describes, and its TrainConfig. InputError for keys and values that it
     cannot have."""
-    with needed_for("Training"):
-        from .training import lifter, rectifier
-    trainers = {"lifter": lifter, "pcnet": rectifier}
     content = load_toml(path, "a training config")
     for key, value in content.items():
         inner = value if isinstance(value, dict) else ()
         refuse_removed("training", key, *(f"{key}.{name}" for name in inner))
     kind = str(content.get("kind", "lifter"))
-    if kind not in trainers:
-        raise InputError("bad-value", f"{path}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
-    return trainers[kind], checked(content, trainers[kind].TrainConfig, str(path))
+    if kind not in _TRAINERS:
+        raise InputError("bad-value", f"{path}: expected a kind of {', '.join(_TRAINERS)}; got '{kind}'.")
+    return _TRAINERS[kind], checked(content, _TRAINERS[kind].TrainConfig, str(path))

@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
+from pcnet3d.models.lab import authors as module
 from pcnet3d.models.lab.evaluation.rectifiers import clean_takes
 from pcnet3d.pipeline import InputError, rotate
-
-torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab import authors as module  # noqa: E402
 
 SAMPLE = Path(__file__).parents[2] / "data"
 
