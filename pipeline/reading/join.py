@@ -23,6 +23,8 @@ from .bounds import check_fps, check_times, rate_doubts
 from .load import Source
 from .settings import RunOptions
 
+Rows = PoseSequence | None  # of one person, where there is a file of them
+
 
 @dataclass(frozen=True, eq=False)
 class Files:
@@ -39,15 +41,14 @@ class Files:
         lead = self.poses or self.keypoints
         if lead is None:
             raise InputError(
-                "needs-input",
-                "Expected a file of several people (--poses or --keypoints), got a video alone.",
+                "needs-input", "Expected poses or keypoints of several people, got a video alone."
             )
         return lead
 
     @cached_property
     def inputs(self) -> tuple[dict[str, Any], ...]:
         """Role, name, hash and adapter of each, those of poses first."""
-        sources = [("poses", self.poses), ("keypoints", self.keypoints), ("video", self.video)]
+        sources = {"poses": self.poses, "keypoints": self.keypoints, "video": self.video}
         return tuple(
             {
                 "role": role,
@@ -55,7 +56,7 @@ class Files:
                 "sha256": (source.digest if isinstance(source, Source) else "") or sha256(source.path),
                 "adapter": source.adapter if isinstance(source, Source) else "video",
             }
-            for role, source in sources
+            for role, source in sources.items()
             if source is not None
         )
 
@@ -68,82 +69,69 @@ class Files:
     def nameless(self) -> bool:
         """Whether equal names in both files say nothing, since one holds several people whom an adapter numbered by
         itself."""
-        if self.poses is None or self.keypoints is None:
-            return False
-        people = (*self.poses.people, *self.keypoints.people)
+        people = [person for file in (self.poses, self.keypoints) if file for person in file.people]
         return len(people) > 2 and any(person.linked for person in people)
 
-    def joined(
-        self, poses: PoseSequence | None, keypoints: PoseSequence | None
-    ) -> tuple[PoseSequence | None, PoseSequence | None, list[Notice]]:
+    @cached_property
+    def video_seconds(self) -> np.ndarray:
+        """(N,) seconds of all frames of the video, by the given rate or its own stamps."""
+        assert self.video is not None
+        time_s, fps = self.video.time_s, self.options.fps
+        return time_s if fps is None else np.arange(len(time_s)) / check_fps(fps)
+
+    def joined(self, poses: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
         """One person's, with numbers of video frames and seconds, and what is doubtful of the rate. InputError where
         the files do not go together, or nothing tells which frames the rows are, or when they were taken."""
-        path, by_poses = self.lead.path, poses is None or poses.frames_known
-        numbering = self.lead if by_poses or self.keypoints is None else self.keypoints
-        poses, keypoints = self.numbered(poses, keypoints)
+        poses, keypoints, numbering = self._numbered(poses, keypoints)
         lead = poses or keypoints
         assert lead is not None
-        self._check_numbers(lead, numbering)
-        other = keypoints if lead.time_s is None else lead
-        doubts = self._doubts(other)
-        lead = lead.with_(time_s=self.seconds(lead.frame_index, path, other))
-        clock = self.video.path if self.video is not None and self.options.fps is None else path
-        check_times(lead.times, str(clock))
+        for file, rows in ((self.poses, poses), (self.keypoints, keypoints)):
+            if file and rows:
+                self._check_numbers(file.path, rows, numbering)
+        doubts = self._doubts(keypoints if keypoints and lead.time_s is None else lead)
+        lead = self._timed(self.lead.path, lead, keypoints)
+        check_times(lead.times, str(self.lead.path))
         if poses is None:
             return None, lead, doubts
         if keypoints is not None and self.keypoints is not None:
-            other = lead if keypoints.time_s is None else keypoints
-            time_s = self.seconds(keypoints.frame_index, self.keypoints.path, other)
-            keypoints = keypoints.with_(time_s=time_s)
+            keypoints = self._timed(self.keypoints.path, keypoints, lead)
         return lead, keypoints, doubts
 
-    def numbered(
-        self, poses: PoseSequence | None, keypoints: PoseSequence | None
-    ) -> tuple[PoseSequence | None, PoseSequence | None]:
-        """Both with the numbers of their video frames, as far as the files and `first_frame` tell."""
+    def _numbered(self, poses: Rows, keypoints: Rows) -> tuple[Rows, Rows, Source]:
+        """Both with the numbers of their video frames, as far as the files and `first_frame` tell, and the file that
+        numbers them."""
         first, numbering = self.options.first_frame, self.lead
-        if poses is not None and keypoints is None and self.video and first is None:
-            poses = numbered_by_times(self.video, poses)
         if poses is not None and not poses.frames_known:
-            if self.keypoints and keypoints and (first is None or len(poses) == len(keypoints)):
-                numbering = self.keypoints  # the rows of the one are those of the other
+            if keypoints is not None and self.keypoints and (first is None or len(poses) == len(keypoints)):
+                poses, numbering = numbered_by(keypoints, poses, self._named), self.keypoints
             elif first is not None:
-                poses = _starting_at(int(poses.frame_index[0]) + first, poses)
-                first = None  # done, for keypoints beside them have numbers of their own
-        if poses is not None and keypoints is not None:
-            poses = numbered_by(keypoints, poses, self._named)
-        if first is None:
-            return poses, keypoints
-        # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
-        shift = first - min(
-            int(person.frame_index[0]) if person.frames_known else 0 for person in numbering.people
-        )
-        poses, keypoints = (
-            rows and _starting_at(int(rows.frame_index[0]) + shift, rows) for rows in (poses, keypoints)
-        )
-        return poses, keypoints
+                poses, first = _later(poses, first), None  # keypoints beside them have numbers of their own
+            elif self.video is not None:
+                poses = numbered_by_times(self.video, poses)
+        if poses and keypoints and not np.isin(poses.frame_index, keypoints.frame_index).any():
+            raise InputError("files-apart", f"{self._named} have no video frame in common.")
+        if first is not None:
+            # One shift for everybody in the file; rows without numbers are counted from 0, whoever is in the first.
+            firsts = (int(each.frame_index[0]) if each.frames_known else 0 for each in numbering.people)
+            by = first - min(firsts)
+            poses, keypoints = (rows and _later(rows, by) for rows in (poses, keypoints))
+        return poses, keypoints, numbering
 
     @property
     def _named(self) -> str:
         """The files of people, for errors."""
         return " and ".join(str(file.path) for file in (self.poses, self.keypoints) if file is not None)
 
-    def video_seconds(self) -> np.ndarray:
-        """(N,) seconds of all frames of the video."""
-        assert self.video is not None
-        return self.seconds(np.arange(len(self.video.time_s)), self.video.path)
-
-    def _check_numbers(self, sequence: PoseSequence, numbering: Source) -> None:
+    def _check_numbers(self, path: Path, rows: PoseSequence, numbering: Source) -> None:
         """InputError when nothing says which of the video's frames the rows are, or there are no such frames.
         numbering: the file that numbers the rows."""
         if self.video is None:
             return
-        frames, last = len(self.video.time_s), int(sequence.frame_index[-1])
-        path = self.lead.path
-        if not sequence.frames_known and len(sequence) != frames:
+        frames, last = len(self.video.time_s), int(rows.frame_index[-1])
+        if path == self.lead.path and not rows.frames_known and len(rows) != frames:
             raise InputError(
                 "needs-input",
-                f"{path} has {how_many(len(sequence), 'row')} without frame numbers, the video "
+                f"{path} has {how_many(len(rows), 'row')} without frame numbers, the video "
                 f"{how_many(frames, 'frame')}; give the 2D file that the lifter was run on (--keypoints), or --set "
                 "read.first_frame=N if the rows are consecutive.",
             )
@@ -160,45 +148,39 @@ class Files:
             f"read.first_frame={lowest - 1 if from_1 else 'N'}, that frame's number in the video.",
         )
 
-    def seconds(self, frames: np.ndarray, path: Path, other: PoseSequence | None = None) -> np.ndarray:
-        """(T,) seconds of these frames of the file at `path`: by the given rate, else by the video's own stamps, else
-        by those of another sequence. InputError when nothing tells the time."""
-        if self.video is not None and frames[-1] >= len(self.video.time_s):
-            raise InputError(
-                "files-apart",
-                f"{path} reaches video frame {frames[-1]}, but {self.video.path} ends with frame "
-                f"{len(self.video.time_s) - 1}; they do not belong together.",
-            )
-        if self.options.fps is not None:
-            return frames / check_fps(self.options.fps)
+    def _timed(self, path: Path, rows: PoseSequence, beside: Rows) -> PoseSequence:
+        """The rows with their seconds: by the video or the given rate, else their own, else by those of other rows
+        beside them. InputError when nothing tells the time."""
+        frames = rows.frame_index
         if self.video is not None:
-            return self.video.time_s[frames]
-        if other is None or other.time_s is None:
+            return rows.with_(time_s=self.video_seconds[frames])
+        if self.options.fps is not None:
+            return rows.with_(time_s=frames / check_fps(self.options.fps))
+        if rows.time_s is not None:
+            return rows
+        if beside is None or beside.time_s is None:
             if len(frames) == 1:  # an image has no rate
-                return np.zeros(1)
+                return rows.with_(time_s=np.zeros(1))
             raise InputError(
                 "needs-rate",
                 f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself.",
             )
-        if len(other) == 1:
-            return other.times + (frames - other.frame_index[0])
-        between = np.interp(frames, other.frame_index, other.times)
-        first, last = other.frame_index[[0, -1]]
+        first, last = beside.frame_index[[0, -1]]
+        if first == last:
+            return rows.with_(time_s=beside.times + (frames - first))
+        between = np.interp(frames, beside.frame_index, beside.times)
         outside = np.clip(frames - last, 0, None) + np.clip(frames - first, None, 0)
-        return between + outside / other.fps
+        return rows.with_(time_s=between + outside / beside.fps)
 
-    def _doubts(self, other: PoseSequence | None) -> list[Notice]:
-        """Notices where the rate contradicts the video's or, without one, the other sequence's; and where these two
+    def _doubts(self, rows: PoseSequence) -> list[Notice]:
+        """Notices where the rate contradicts the video's or, without one, that of these rows; and where these two
         contradict each other."""
-        timed = other is not None and other.time_s is not None and len(other) > 1
-        stated = other.fps if timed and other else None
+        stated = rows.fps if rows.time_s is not None and len(rows) > 1 else None
         fps = self.options.fps
         doubts = rate_doubts(fps, self.video, stated)
-        if doubts or fps is not None or self.video is None or other is None or stated is None:
+        if doubts or fps is not None or self.video is None or stated is None:
             return doubts
-        first, last = other.frame_index[[0, -1]]
-        if last >= len(self.video.time_s):  # refused as soon as its seconds are asked for
-            return []
+        first, last = rows.frame_index[[0, -1]]
         start_s, stop_s = self.video.time_s[[first, last]]
         shown = float((last - first) / (stop_s - start_s))  # of the same frames
         # A file that counts frames at the one rate of a video whose images come unevenly contradicts no more than that.
@@ -209,11 +191,7 @@ class Files:
 
 
 def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
-    """The poses with the 2D file's frame numbers where they have none of their own. InputError if they cannot be."""
-    if poses.frames_known:
-        if not np.isin(poses.frame_index, keypoints.frame_index).any():
-            raise InputError("files-apart", f"{where} have no video frame in common.")
-        return poses
+    """Poses without frame numbers with those of the 2D file. InputError where it has another number of rows."""
     if len(poses) != len(keypoints):
         raise InputError(
             "files-apart",
@@ -239,14 +217,14 @@ def numbered_by_times(video: Video, poses: PoseSequence) -> PoseSequence:
     return poses.with_(frame_index=numbers, frames_known=True).noted("frame numbers", source="times")
 
 
-def _starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
-    """The sequence with its first row at that video frame and the others as far from it as they were.
-    InputError for a negative frame."""
-    if first_frame < 0:
-        raise InputError("bad-value", f"Expected the first row at video frame 0 or later, got {first_frame}.")
-    numbers = sequence.frame_index - sequence.frame_index[0] + first_frame
-    renumbered = sequence.with_(frame_index=numbers, frames_known=True, detected_in="")
-    return renumbered.noted("frame numbers", first=first_frame)
+def _later(rows: PoseSequence, frames: int) -> PoseSequence:
+    """The rows so many video frames later. InputError for a negative frame."""
+    first = int(rows.frame_index[0]) + frames
+    if first < 0:
+        raise InputError("bad-value", f"Expected the first row at video frame 0 or later, got {first}.")
+    numbers = rows.frame_index + frames
+    renumbered = rows.with_(frame_index=numbers, frames_known=True, detected_in="")
+    return renumbered.noted("frame numbers", first=first)
 
 
 def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[int, int]:

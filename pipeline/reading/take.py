@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -13,13 +12,14 @@ from ..core.notices import Notice, notice, without_doubles
 from ..core.pose import PoseSequence
 from ..core.take import Take, Video
 from ..files.atomic import printable
+from ..files.detections import FEWEST_FRAMES
 from ..signals.altered import alterations, altered, without_altered
 from .again import rejoined
 from .bounds import check_image_size, check_times
 from .choose import RANKS, choose_detected, choose_person, listed_people
 from .exchanged import treated
 from .findings import findings_of
-from .join import Files, coverage, part_of, range_note, rows_within
+from .join import Files, Rows, coverage, part_of, range_note, rows_within
 from .load import Source, load, read_video
 from .settings import RunOptions
 from .together import together
@@ -32,8 +32,6 @@ def open_take(options: RunOptions) -> Take:
     keypoints.
     """
     files = _read(options)
-    if files.poses is None and files.keypoints is None:
-        return _video_alone(files)
     poses = keypoints = None
     if files.poses is not None:
         person = options.person if len(files.poses.people) > 1 else None
@@ -42,7 +40,7 @@ def open_take(options: RunOptions) -> Take:
     if files.keypoints is not None:
         keypoints = files.keypoints.normalised(_track(files, files.keypoints, poses))
     names = [rows.person for rows in (poses, keypoints) if rows is not None]
-    if options.person not in (None, *RANKS, *names):
+    if names and options.person not in (None, *RANKS, *names):
         raise InputError(
             "name-unknown",
             f"There is no person '{options.person}' in these files, only {' and '.join(names)}.",
@@ -63,7 +61,8 @@ class Person:
 
 
 def open_people(options: RunOptions) -> tuple[Person, ...]:
-    """A take of each person in the file of poses or, without one, of keypoints; a person not readable has a reason.
+    """A take of each person in the file of poses or, without one, of keypoints; a person who is not
+    readable, or seen too briefly, has a reason.
 
     Keypoints beside poses belong to the person of the same name. Raises InputError when a file cannot be read at all,
     and when the two files name other people, or number them by themselves.
@@ -86,14 +85,19 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     tracks = {track.person: track for track in keypoints.people} if keypoints else {}
     people = []
     for person in files.lead.people:
+        frames = len(person)
         try:
             body = poses.normalised(person, told=options.told) if poses else None
             track = keypoints.normalised(tracks[person.person]) if keypoints else None
             take = _joined(files, body, track)
+            frames = len(take.rows or ())
+            if frames < FEWEST_FRAMES:
+                few = f"seen in {how_many(frames, 'frame')}; at least {FEWEST_FRAMES} are needed"
+                raise InputError("nothing-usable", few)
             take = take.with_(name=f"{take.name}, person {printable(person.person)}")
-            people.append(Person(person.person, len(take.rows or ()), take))
+            people.append(Person(person.person, frames, take))
         except InputError as error:
-            people.append(Person(person.person, len(person), refusal=error))
+            people.append(Person(person.person, frames, refusal=error))
     return tuple(people)
 
 
@@ -107,6 +111,8 @@ def _read(options: RunOptions) -> Files:
             f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
             "detected in a copy of another size.",
         )
+    if video is not None and options.fps is None:
+        check_times(video.time_s, str(video.path))
     poses, keypoints = (options.in_memory.get(role) for role in ("poses", "keypoints"))
     if options.poses and poses is None:
         poses = load(options.poses, options.adapter, "poses", options.options)
@@ -114,39 +120,53 @@ def _read(options: RunOptions) -> Files:
         adapter, own = options.keypoints_adapter, options.keypoints_options
         size = options.image_size if video is None else video.size
         keypoints = load(options.keypoints, adapter, "keypoints", own, size)
+    if poses is None and keypoints is None:
+        if video is None:
+            raise InputError(
+                "needs-input",
+                "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none.",
+            )
+        if options.first_frame is not None:
+            raise InputError(
+                "option-conflict",
+                "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
+            )
     return Files(poses, keypoints, video, options)
 
 
-def _joined(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
-    """One person's poses and keypoints on one clock."""
+def _joined(files: Files, poses: Rows, keypoints: Rows) -> Take:
+    """One person's poses and keypoints on one clock; of a video alone neither."""
     options, video = files.options, files.video
-    poses, keypoints, doubts = files.joined(poses, keypoints)
-    lead = poses or keypoints
-    assert lead is not None
+    doubts, part = list[Notice](), list[Notice]()
+    if poses or keypoints:
+        poses, keypoints, doubts = files.joined(poses, keypoints)
     if keypoints is not None:
         check_image_size(keypoints, files.image_size)
     strange = _misfit(files, poses, keypoints)
-    source = _source(files, poses)
-    part = []
+    people = files.poses.people if files.poses and poses else ()
+    source = next((person for person in people if poses and person.person == poses.person), None)
     if (asked := options.time_range) is not None:
-        source = source and part_of(source.with_(time_s=lead.times), asked)
-        whole = lead.times if video is None else files.video_seconds()
+        lead = poses or keypoints
+        whole = files.video_seconds if lead is None or video is not None else lead.times
         part = [range_note(asked, whole)]
+        source = source and poses and part_of(source.with_(time_s=poses.times), asked)
         poses, keypoints = (rows and part_of(rows, asked) for rows in (poses, keypoints))
         video = video and replace(video, part=rows_within(asked, whole))
-        lead = poses or keypoints or lead
+    lead = poses or keypoints
     poses, keypoints, changed = _without_altered(poses, source, keypoints)
     poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
     notices = (
         *part,
         *(video.doubts if video else ()),
         *doubts,
-        *_doubts(lead, keypoints, video),
+        *(_doubts(lead, keypoints, video) if lead else ()),
         *strange,
         *changed,
-        *coverage(lead, video),
+        *(coverage(lead, video) if lead else ()),
         *swapped,
     )
+    rows_of = {"poses": poses, "keypoints": keypoints}
+    whose = [rows_of.get(entry["role"]) for entry in files.inputs]
     return Take(
         name=printable((options.video or files.lead.path).stem),
         video=video,
@@ -154,13 +174,17 @@ def _joined(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | 
         poses=poses,
         findings=None if poses is None else findings_of(poses, source, swaps),
         notices=without_doubles(notices),
-        inputs=_provenance(files, poses, keypoints),
+        inputs=tuple(
+            entry
+            | ({"person": rows.person, "history": [asdict(step) for step in rows.history]} if rows else {})
+            for entry, rows in zip(files.inputs, whose, strict=True)
+        ),
         session=options.session,
         told=options.told,
     )
 
 
-def _misfit(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
+def _misfit(files: Files, poses: Rows, keypoints: Rows) -> list[Notice]:
     """A notice where the keypoints show somebody else than the poses, or other frames."""
     if poses is None or keypoints is None or poses.frame.family != "camera":
         return []
@@ -169,9 +193,7 @@ def _misfit(files: Files, poses: PoseSequence | None, keypoints: PoseSequence | 
     return [misfit] if misfit else []
 
 
-def _without_altered(
-    poses: PoseSequence | None, source: PoseSequence | None, keypoints: PoseSequence | None
-) -> tuple[PoseSequence | None, PoseSequence | None, list[Notice]]:
+def _without_altered(poses: Rows, source: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
     """Poses and keypoints without joints that nobody saw, and what is said of that and of keypoints that were altered;
     of poses the findings tell the latter. source: the poses as the adapter gives them, where lines are straight."""
     said: list[Notice] = []
@@ -189,43 +211,7 @@ def _without_altered(
     return poses, keypoints, said
 
 
-def _source(files: Files, poses: PoseSequence | None) -> PoseSequence | None:
-    """The person of these poses as the adapter gave it."""
-    people = files.poses.people if files.poses and poses else ()
-    return next((person for person in people if poses and person.person == poses.person), None)
-
-
-def _video_alone(files: Files) -> Take:
-    """The take of a video in which the person is still to be found."""
-    if files.video is None:
-        raise InputError(
-            "needs-input",
-            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none.",
-        )
-    if files.options.first_frame is not None:
-        raise InputError(
-            "option-conflict",
-            "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
-        )
-    video, options = files.video, files.options
-    notices = video.doubts
-    if options.fps is None:
-        check_times(video.time_s, str(video.path))
-    if (asked := options.time_range) is not None:
-        seconds = files.video_seconds()
-        notices = (*notices, range_note(asked, seconds))
-        video = replace(video, part=rows_within(asked, seconds))
-    return Take(
-        name=printable(video.path.stem),
-        video=video,
-        inputs=_provenance(files, None, None),
-        notices=notices,
-        session=options.session,
-        told=options.told,
-    )
-
-
-def _track(files: Files, file: Source, poses: PoseSequence | None) -> PoseSequence:
+def _track(files: Files, file: Source, poses: Rows) -> PoseSequence:
     """The track of a file of keypoints that is named or alone, or as long as the poses where these have no numbers."""
     options, where = files.options, str(file.path)
     tracks = file.people if poses is not None else _tracks(files, file)
@@ -269,22 +255,8 @@ def _tracks(files: Files, file: Source) -> tuple[PoseSequence, ...]:
     return rejoined(file.people, video) if within else file.people
 
 
-def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:
+def _doubts(lead: PoseSequence, keypoints: Rows, video: Video | None) -> list[Notice]:
     """Warnings about data that should not be believed as they are. keypoints: the lead, or those beside it."""
     beside = video is not None or (keypoints is not None and keypoints is not lead)
     unknown = (notice("frames-not-numbered", weight="warning"),) if beside and not lead.frames_known else ()
     return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
-
-
-def _provenance(
-    files: Files, poses: PoseSequence | None, keypoints: PoseSequence | None
-) -> tuple[dict[str, Any], ...]:
-    """The files, and of those of people whom it is and what was done to them."""
-    entries = []
-    for entry in files.inputs:
-        person = {"poses": poses, "keypoints": keypoints}.get(entry["role"])
-        whose = (
-            {"person": person.person, "history": [asdict(step) for step in person.history]} if person else {}
-        )
-        entries.append({**entry, **whose})
-    return tuple(entries)

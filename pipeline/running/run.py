@@ -14,12 +14,10 @@ import numpy as np
 
 from ..core.device import Placement, computing_on
 from ..core.errors import InputError
-from ..core.messages import how_many
 from ..core.pose import package_version
 from ..core.system import give_memory_back, is_file_name
 from ..core.take import Take
 from ..files.atomic import SUMMARY, add_to_summary, require_space, sign, whole_folder, write_json
-from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions, flag_of
@@ -114,7 +112,7 @@ def _run(
         with computing_on(options.device) as placement:
             _aimed(recipe, folder).build()  # refused before anything is read
             start = time.perf_counter()
-            people = _people(options) if everybody else [Person("", 0, open_take(options))]
+            people = [*open_people(options)] if everybody else [Person("", 0, open_take(options))]
             done("read", time.perf_counter() - start)
             give_memory_back()
             runs = _processed(people, folder, recipe, placement, done, everybody)
@@ -270,17 +268,6 @@ def _by_scene(
         begun = [takes.pop(i) for i in people]
         ended |= zip(people, run_together([pipelines[i] for i in people], begun, done), strict=True)
     return ended
-
-
-def _people(options: RunOptions) -> list[Person]:
-    """Everybody in the files; a person seen too briefly has that as the reason."""
-    people = []
-    for person in open_people(options):
-        if person.frames < FEWEST_FRAMES:
-            few = f"seen in {how_many(person.frames, 'frame')}; at least {FEWEST_FRAMES} are needed"
-            person = replace(person, take=None, refusal=InputError("nothing-usable", few))
-        people.append(person)
-    return people
 
 
 def _resumed(recipe: Recipe, output: Path) -> Recipe:
