@@ -21,7 +21,6 @@ from .bounds import timed
 from .guard import guarded
 from .joint_order import check_order, likely_layout
 from .load import Source
-from .normalise import normalised
 
 AXES = {"camera": CAMERA, "camera-y-up": GL_CAMERA, "z-up": Z_UP, "y-up": Y_UP}
 UNIT = "arbitrary"
@@ -73,25 +72,22 @@ def poses_given(values: Any, meaning: Meaning, fps: float | None = None, told: T
         poses = values if fps is None else timed(values, fps)
         whole = poses.layout.is_body and poses.frame.dims == 3
         return guarded(poses, told.handedness, "The poses", told.check) if whole else poses
-    return normalised(_poses(values, meaning, told), "The array of poses", fps, told)
+    source = source_of_poses(values, meaning, told)
+    return source.normalised(source.people[0], fps, told)
 
 
 def source_of_poses(given: Any, meaning: Meaning, told: Told) -> Source:
     """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`.
     InputError as of `poses_given`, and for keypoints."""
-    people = _people(given, meaning)
-    if people and any(person.frame.dims != 3 for person in people):
-        raise InputError("wrong-content", "Expected poses in 3D, got 2D keypoints; give them as keypoints.")
-    return _source("poses", people or (_poses(given, meaning, told),))
+    people = _people(given, meaning, "poses in 3D") or (_poses(given, meaning, told),)
+    return _source("poses", people)
 
 
 def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
     """In-memory keypoints as those of a file: an array (T, K, 2) or, with scores, (T, K, 3), in pixels of the image, or
     what `read` or `read_all` gives. joints: the layout; None for the usual one of so many joints. InputError for
     another shape, another order of joints, and nobody."""
-    if people := _people(given, Meaning(joints=joints)):
-        if any(person.frame.family != "image" for person in people):
-            raise InputError("wrong-content", "Expected keypoints in 2D, got 3D poses; give them as poses.")
+    if people := _people(given, Meaning(joints=joints), "keypoints in 2D"):
         return _source("keypoints", people)
     where = "The array of keypoints"
     points = numbers(given, "the array of keypoints")
@@ -150,13 +146,18 @@ def _poses(values: Any, meaning: Meaning, told: Told) -> PoseSequence:
     return PoseSequence(joints, layout, frame, made_by=made_by)
 
 
-def _people(given: Any, meaning: Meaning) -> tuple[PoseSequence, ...]:
-    """Everybody of what `read` or `read_all` gives; nobody of other things. InputError where a meaning is told, too."""
+def _people(given: Any, meaning: Meaning, what: str) -> tuple[PoseSequence, ...]:
+    """Everybody of what `read` or `read_all` gives; nobody of other things. InputError where a meaning is told, too, or
+    they are not what is expected, "poses in 3D" or "keypoints in 2D"."""
     people = [given] if isinstance(given, PoseSequence) else given
     if not isinstance(people, Sequence) or not all(isinstance(person, PoseSequence) for person in people):
         return ()
     if people:
         meaning.refuse()
+    if any(f"{person.frame.dims}D" not in what for person in people):
+        raise InputError(
+            "wrong-content", f"Expected {what}, got others; give poses as poses, keypoints as keypoints."
+        )
     return tuple(people)
 
 

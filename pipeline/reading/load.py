@@ -9,18 +9,21 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.layouts import layout_named
+from ..core.frames import CAMERA, change_frame
+from ..core.layouts import body_in, layout_named, remap
 from ..core.messages import how_many
+from ..core.notices import notice
 from ..core.pose import UNSAID, PoseSequence, Step, package_version
 from ..core.take import SILENT, Check, Handedness, Told, Video
 from ..files.atomic import printable
 from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
-from .bounds import check_times
+from ..signals.checks import empty_rows, whole_rows
+from .bounds import check_size, check_times, timed
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises, why_no_input
+from .guard import guarded
 from .joint_order import check_order
-from .normalise import normalised
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +38,42 @@ class Source:
     digest: str = ""
 
     def normalised(self, person: PoseSequence, fps: float | None = None, told: Told = SILENT) -> PoseSequence:
-        """One of the people, as read_all gives them."""
+        """One of the people, as read_all gives them: 2D as it is; 3D in our joints and axes, relative to the pelvis,
+        guarded. told: its handedness and check count. Raises InputError."""
+        poses = person
         if not self.digest:
             options = {"adapter": self.adapter, "file": printable(self.path.name), "person": person.person}
-            step = Step("read", package_version(), options)
-            person = person.with_(history=(step, *person.history))
-        return normalised(person, self.where, fps, told)
+            poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
+        poses = poses if fps is None else timed(poses, fps)
+        check_size(poses, self.where)
+        if poses.frame.dims == 2:
+            return poses
+        poses = _missing(poses, self.where)
+        poses = remap(poses, body_in(poses))
+        own = CAMERA if poses.frame.family == "camera" else poses.frame
+        unit = "m" if poses.frame.metric else poses.frame.unit
+        poses = change_frame(poses, own.with_(origin="pelvis", unit=unit))
+        return guarded(poses, told.handedness, self.where, told.check)
+
+
+def _missing(poses: PoseSequence, where: str) -> PoseSequence:
+    """Frames with NaN, and those of zeros as gaps, counted. InputError where no frame has a pose."""
+    empty = empty_rows(poses)
+    gone = ~whole_rows(poses) & ~empty
+    if empty.all() or np.isnan(poses.joints).all():
+        raise InputError(
+            "nothing-usable",
+            f"{where}: in each of {how_many(len(poses), 'frame')} all joints are NaN or at one point; there are no "
+            "poses in it.",
+        )
+    if not (empty | gone).any():
+        return poses
+    counts = {"frames with NaN": int(gone.sum()), "frames with all joints at one point": int(empty.sum())}
+    counted = ", ".join(
+        how_many(count, what.replace("frames", "frame", 1), what) for what, count in counts.items() if count
+    )
+    poses = poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints))
+    return poses.noted("missing", **counts).saying(notice("frames-as-gaps", counts=counted))
 
 
 def read_all(
@@ -120,17 +153,7 @@ def load(
             "format-unknown", f"{path} is a file of {chosen.gives}; expected one of poses or keypoints."
         )
     try:
-        takes, own = option_types(chosen.read), dict(options)
-        layout = own.pop("layout", None) if chosen.gives == "keypoints" and "layout" not in takes else None
-        if "image_size" in takes and image_size is not None:
-            own.setdefault("image_size", image_size)
-        people = _people(chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=own))
-        if chosen.gives == "keypoints":
-            people = _in_order(people, layout)
-        maker = getattr(chosen, "made_by", UNSAID)
-        people = tuple(
-            person.with_(made_by=maker) if person.made_by == UNSAID else person for person in people
-        )
+        people = _people(chosen, path, options, image_size)
         where = str(path) if chosen.gives == "keypoints" else f"{path} (adapter {chosen.name})"
         return Source(path, chosen.name, people, where)
     except InputError as error:
@@ -144,36 +167,41 @@ def load(
         raise InputError(error.code, sentence) from None
 
 
-def _in_order(people: tuple[PoseSequence, ...], name: str | None) -> tuple[PoseSequence, ...]:
-    """2D keypoints in the layout of that name. InputError for one of another number of joints, and without one where
-    the bones are those of a body in another order only."""
-    own = people[0].layout
-    if name is not None:
-        layout = layout_named(name)
-        if len(layout) != len(own):
+def _people(
+    adapter: Adapter, path: Path, options: dict[str, Any], image_size: tuple[int, int] | None
+) -> tuple[PoseSequence, ...]:
+    """Everybody whom an adapter reads, 2D keypoints in the order of joints that is said, or that their bones show to be
+    right. InputError for nobody, and for anything but people."""
+    takes, own = option_types(adapter.read), dict(options)
+    layout = own.pop("layout", None) if adapter.gives == "keypoints" and "layout" not in takes else None
+    if "image_size" in takes and image_size is not None:
+        own.setdefault("image_size", image_size)
+    people: Any = call(adapter.read, path, what=f"Adapter '{adapter.name}'", options=own)
+    if not isinstance(people, tuple | list) or {type(person) for person in people} != {PoseSequence}:
+        raise InputError(
+            "plugin-broken",
+            f"Expected a tuple of people (PoseSequence) from adapter '{adapter.name}', got {people!r:.60}; repair its "
+            "package (docs/python.md), or name another adapter.",
+        )
+    made_by = getattr(adapter, "made_by", UNSAID)
+    people = tuple(each.with_(made_by=made_by) if each.made_by == UNSAID else each for each in people)
+    usual = people[0].layout
+    if adapter.gives == "poses":
+        return people
+    if layout is not None:
+        said = layout_named(layout)
+        if len(said) != len(usual):
             raise InputError(
                 "bad-value",
-                f"Expected a layout of {how_many(len(own), 'joint')}, as the file has, got {layout.name} of "
-                f"{len(layout)}.",
+                f"Expected a layout of {how_many(len(usual), 'joint')}, as the file has, got {layout}.",
             )
-        return tuple(poses.with_(layout=layout) for poses in people)
-    points = np.concatenate([poses.joints for poses in people])
-    way_out = f"--set keypoints.layout={{0}} (-O layout={{0}}), and with layout={own.name} that they are not"
-    check_order(points, own, "", way_out)
-    return people
-
-
-def _people(adapter: Adapter, given: Any) -> tuple[PoseSequence, ...]:
-    """What an adapter read; InputError for nobody, and for anything but people."""
-    several = isinstance(given, tuple | list)
-    if several and given and all(isinstance(person, PoseSequence) for person in given):
-        return tuple(given)
-    got = sorted({type(person).__name__ for person in given}) if several else [type(given).__name__]
-    raise InputError(
-        "plugin-broken",
-        f"Expected a tuple of people (PoseSequence) from adapter '{adapter.name}', got {', '.join(got) or 'nobody'}; "
-        "repair its package (docs/python.md), or name another adapter.",
+        return tuple(each.with_(layout=said) for each in people)
+    points = np.concatenate([each.joints for each in people])
+    way_out = (
+        f"--set keypoints.layout={{0}} (-O layout={{0}}), and with layout={usual.name} that they are not"
     )
+    check_order(points, usual, "", way_out)
+    return people
 
 
 def read_video(path: Path) -> Video:

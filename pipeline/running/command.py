@@ -5,13 +5,12 @@ from __future__ import annotations
 import typer
 
 from ..core.messages import debug
-from ..core.take import Take
 from ..files.atomic import check_replaceable
 from ..reading.settings import Force, Output, Resume, RunOptions, offering
-from .conclusion import conclude, conclude_people
+from .conclusion import conclude_people
 from .plan import planned
 from .progress import stages, telling_of_kept
-from .run import checkpoint_of, inputs_of, run_files, run_people
+from .run import checkpoint_of, inputs_of, run_people
 
 
 @offering()
@@ -28,11 +27,7 @@ def run(options: RunOptions, output: Output, resume: Resume = False, force: Forc
         debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
     kept = checkpoint_of(output) if chosen.has("detect") else None
     with telling_of_kept(kept, resume), stages(names) as done:
-        go = run_people if options.everyone else run_files
-        ended = go(options, output, resume=resume, force=force, done=done)
-    if not isinstance(ended, Take):
-        conclude_people(ended, output)
-        return
-    conclude({"": ended}, output)
-    if any(each.code == "interrupted" for each in ended.notices):
+        runs = run_people(options, output, resume=resume, force=force, done=done)
+    conclude_people(runs, output)
+    if any(each.code == "interrupted" for person in runs if person.take for each in person.take.notices):
         raise typer.Exit(130)

@@ -42,12 +42,12 @@ def conclude(takes: Mapping[str, Take], folder: Path, within: str = "") -> None:
 
 
 def conclude_people(runs: Sequence[Person], folder: Path) -> None:
-    """The same of several people's runs, after who was left out."""
+    """The same of one person's run or several people's, after who was left out."""
     for run in runs:
         if run.take is None:
             say("warning", f"person {run.name} was left out: {run.refusal}")
-    takes = {f"person {run.name}: ": run.take for run in runs if run.take}
-    conclude(takes, folder, next(run.folder for run in runs if run.folder))
+    takes = {f"person {run.name}: " * bool(run.folder): run.take for run in runs if run.take}
+    conclude(takes, folder, next(run.folder for run in runs if run.take))
 
 
 def point_to(folder: Path, within: str = "") -> None:

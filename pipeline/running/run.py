@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 import shutil
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from ..reading.take import Person, open_people, open_take
 from ..signals.filters import rate
 from .plan import planned
 from .recipe import Recipe
-from .runner import Pipeline, run_together
+from .runner import run_together
 
 WRITERS = ("record", "export", "report")  # stages that do nothing else
 _AIMED = ("detect", *WRITERS)  # stages that are told where the run's folder is
@@ -55,12 +54,9 @@ def run_files(
     force: bool = False,
     done: Done = _silent,
 ) -> Take:
-    """Read the files that the options name, run the recipe, and write its files into `output`: all of them or none.
-
-    recipe: instead of the default one; the options apply to it (`planned`). resume: go on with the detection that was
-    interrupted in that folder. force: overwrite a folder of somebody else's. Raises InputError.
-    """
-    (run,) = _run(options, Path(output), planned(options, recipe), resume, force, done, everybody=False)
+    """`run_people` of one person alone: the take."""
+    one = options.with_(everyone=False)
+    (run,) = run_people(one, output, recipe, resume=resume, force=force, done=done)
     assert run.take is not None
     return run.take
 
@@ -74,34 +70,27 @@ def run_people(
     force: bool = False,
     done: Done = _silent,
 ) -> tuple[Person, ...]:
-    """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
+    """Read the files that the options name, run the recipe, and write its files into `output`: all of them or none.
 
-    People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
-    `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. recipe, resume, force: as for run_files, each stage once for all of a
-    scene. Raises InputError when nobody is left.
+    With `everyone` everybody in the files has a folder in `output`, all one common LEVEL. People of different scenes of
+    a video, which a cut parts, share no LEVEL and no camera: each scene has its own. `output` gets a summary.json that
+    lists the people, in the order of the answer. Who is seen too briefly, or refused by a stage, is left out with the
+    reason.
+
+    recipe: instead of the default one; the options apply to it (`planned`). resume: go on with the detection that was
+    interrupted in that folder. force: overwrite a folder of somebody else's. Raises InputError, with `everyone` when
+    nobody is left.
     """
-    for name in ("stature", "person", "person_id"):
+    output, everybody = Path(output), options.everyone
+    for name in ("stature", "person", "person_id") if everybody else ():
         if getattr(options, name) is not None:
             raise InputError(
                 "option-conflict",
                 f"{flag_of(name)} is for one person, and the run is for everybody: leave it out, or run one --person "
                 "at a time.",
             )
-    return _run(options, Path(output), planned(options, recipe), resume, force, done, everybody=True)
-
-
-def _run(
-    options: RunOptions,
-    output: Path,
-    recipe: Recipe,
-    resume: bool,
-    force: bool,
-    done: Done,
-    everybody: bool,
-) -> tuple[Person, ...]:
-    """everybody: else the one person whom the options name, whose files are in `output` itself."""
-    recipe = _resumed(_checked(recipe), output) if resume else _checked(recipe)
+    recipe = _checked(planned(options, recipe))
+    recipe = _resumed(recipe, output) if resume else recipe
     kept = checkpoint_of(output)
     recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
     with whole_folder(output, force, inputs_of(options, recipe)) as folder:
@@ -138,34 +127,34 @@ def _detected(folder: Path, options: RunOptions, recipe: Recipe, done: Done) -> 
 
 
 def _processed(
-    people: list[Person],
-    folder: Path,
-    recipe: Recipe,
-    placement: Placement,
-    done: Done,
-    everybody: bool,
+    people: list[Person], folder: Path, recipe: Recipe, placement: Placement, done: Done, everybody: bool
 ) -> tuple[Person, ...]:
-    """The runs of people, whose list is emptied: what stages replace is not to be held beside their answers. With
-    everybody each has a folder in `folder`."""
+    """The runs of people, those of one scene of the video together. The list is emptied: what stages replace is not to
+    be held beside their answers. With everybody each has a folder in `folder`."""
     takes = {i: person.take for i, person in enumerate(people) if person.take is not None}
     ended = [replace(person, take=None) for person in people]
     people.clear()
     names = folder_names([ended[i].name for i in takes]) if everybody else [""]
     folders = dict(zip(takes, names, strict=True))
     pipelines = {i: _aimed(recipe, folder / name).build() for i, name in folders.items()}
+    scenes: dict[int, list[int]] = {}
     for i in takes:
         pipelines[i].check_rate(_frame_rate(takes[i]))
-    for i, end in _by_scene(pipelines, takes, done).items():
-        own = folder / folders[i]
-        if isinstance(end, Take):
-            own.mkdir(exist_ok=True)
-            add_to_summary(own, device=placement.summary())
-            ended[i] = replace(ended[i], take=end, folder=folders[i])
-        elif everybody:
-            shutil.rmtree(own, ignore_errors=True)
-            ended[i] = replace(ended[i], refusal=end)
-        else:
-            raise end
+        keypoints = takes[i].keypoints
+        scenes.setdefault(keypoints.scene if keypoints else 0, []).append(i)
+    for scene in scenes.values():
+        ends = run_together([pipelines[i] for i in scene], [takes.pop(i) for i in scene], done)
+        for i, end in zip(scene, ends, strict=True):
+            own = folder / folders[i]
+            if isinstance(end, Take):
+                own.mkdir(exist_ok=True)
+                add_to_summary(own, device=placement.summary())
+                ended[i] = replace(ended[i], take=end, folder=folders[i])
+            elif everybody:
+                shutil.rmtree(own, ignore_errors=True)
+                ended[i] = replace(ended[i], refusal=end)
+            else:
+                raise end
     if everybody:
         _list(ended, folder)
     return tuple(ended)
@@ -174,41 +163,23 @@ def _processed(
 def _list(runs: Sequence[Person], folder: Path) -> None:
     """summary.json over the people's folders, each of which is a run of its own: who is in which, and who was left out
     and why. InputError where there are none."""
-    if all(run.take is None for run in runs):
-        reasons = "; ".join(f"{run.name}: {str(run.refusal).rstrip('.')}" for run in runs)
-        raise InputError("nothing-usable", f"There is no person to process: {reasons}.")
+    people, left_out = [], []
     for run in runs:
-        if run.take is not None:
+        whose = {"person": run.name, "frames": run.frames}
+        if run.take is not None and run.take.rows is not None:
             sign(folder / run.folder)
-    content = {
-        "pcnet3d": package_version(),
-        "people": [_entry(run, run.take) for run in runs if run.take is not None],
-        "left_out": [
-            {
-                "person": run.name,
-                "frames": run.frames,
-                "code": run.refusal.code,
-                "reason": str(run.refusal),
-            }
-            for run in runs
-            if run.refusal is not None
-        ],
-    }
+            first, last = run.take.rows.frame_index[[0, -1]].tolist()
+            level = run.take.rectified
+            whose |= {"folder": run.folder, "first_frame": first, "last_frame": last}
+            whose |= {"level_ok": level is not None and level.level_ok}
+            people.append({**whose, "warnings": sum(each.warns for each in run.take.said)})
+        elif run.refusal is not None:
+            left_out.append({**whose, "code": run.refusal.code, "reason": str(run.refusal)})
+    if not people:
+        reasons = "; ".join(f"{each['person']}: {each['reason'].rstrip('.')}" for each in left_out)
+        raise InputError("nothing-usable", f"There is no person to process: {reasons}.")
+    content = {"pcnet3d": package_version(), "people": people, "left_out": left_out}
     write_json(folder / SUMMARY, content)
-
-
-def _entry(run: Person, take: Take) -> dict[str, Any]:
-    rows, level = take.rows, take.rectified
-    assert rows is not None
-    return {
-        "person": run.name,
-        "folder": run.folder,
-        "frames": run.frames,
-        "first_frame": int(rows.frame_index[0]),
-        "last_frame": int(rows.frame_index[-1]),
-        "level_ok": level is not None and level.level_ok,
-        "warnings": sum(each.warns for each in take.said),
-    }
 
 
 def folder_names(people: Sequence[str]) -> list[str]:
@@ -253,21 +224,6 @@ def _frame_rate(take: Take) -> float:
     video, fps = take.need("video"), take.told.fps
     first, last = video.span
     return rate(video.time_s[first : last + 1]) if fps is None else fps
-
-
-def _by_scene(
-    pipelines: Mapping[int, Pipeline], takes: dict[int, Take], done: Done
-) -> dict[int, Take | InputError]:
-    """How the pipelines of people, by number, end, those of one scene of the video together; no take is left in
-    `takes`."""
-    scenes: dict[int, list[int]] = {}
-    for i, keypoints in [(i, take.keypoints) for i, take in takes.items()]:
-        scenes.setdefault(keypoints.scene if keypoints else 0, []).append(i)
-    ended: dict[int, Take | InputError] = {}
-    for people in scenes.values():
-        begun = [takes.pop(i) for i in people]
-        ended |= zip(people, run_together([pipelines[i] for i in people], begun, done), strict=True)
-    return ended
 
 
 def _resumed(recipe: Recipe, output: Path) -> Recipe:

@@ -42,6 +42,7 @@ def crossing(tmp_path_factory):
     given = RunOptions(
         keypoints=detections.openpose(folder, listed),
         fps=30,
+        everyone=True,
         image_size="1920x1080",
         focal=scale * camera.focal_px,
         settings={"record": "off", "report": "off"},

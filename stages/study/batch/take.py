@@ -32,7 +32,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
 from ....pipeline.running.recipe import load_recipe
-from ....pipeline.running.run import run_files, run_people
+from ....pipeline.running.run import run_people
 from .manifest import Entry
 from .study import figures
 
@@ -93,8 +93,7 @@ def run_take(entry: Entry, output: Path, version: str, timeout_s: float | None =
             key = result_key(entry)
             if read_summary(folder).get(_KEY) == key:
                 return Outcome(name, "kept", rows=figures(folder))
-            go = run_people if entry.options.everyone else run_files
-            ended = run_apart(partial(go, entry.options, folder), log, timeout_s)
+            ended = run_apart(partial(run_people, entry.options, folder), log, timeout_s)
             if ended.exit_code:
                 _tidy(folder)
                 return Outcome(name, "failed", *ended)

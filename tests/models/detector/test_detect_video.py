@@ -292,7 +292,7 @@ def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tm
     monkeypatch.setattr(
         "pcnet3d.stages.detect.load_detector", lambda *given: asked.extend(given[3:4]) or Walkers()
     )
-    options = RunOptions(video=walk_film.path, recipe=quick)
+    options = RunOptions(video=walk_film.path, recipe=quick, everyone=True)
     runs = run_people(options, tmp_path / "out")
     assert asked == [True]
     assert [(run.folder, run.frames) for run in runs] == [("0", 40), ("1", 40)]

@@ -18,7 +18,7 @@ from pcnet3d.pipeline.files.atomic import (
     whole_folder,
 )
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.run import run_files, run_people
+from pcnet3d.pipeline.running.run import run_people
 from refusals import refused
 
 
@@ -126,10 +126,9 @@ def test_no_file_that_an_option_names_is_replaced(tmp_path, monkeypatch, recipe,
     (tmp_path / "out").mkdir()
     for file in ("recipe.toml", "out/mine"):
         (tmp_path / file).write_text(recipe)
-    options = RunOptions(**told)
-    for run_of in (run_files, run_people):
+    for everyone in (False, True):
         with pytest.raises(InputError, match=r"out holds out.mine, which this run needs"):
-            run_of(options, tmp_path / "out", force=True)
+            run_people(RunOptions(everyone=everyone, **told), tmp_path / "out", force=True)
 
 
 @pytest.mark.parametrize("inside", ["", "in/it"])

@@ -36,7 +36,7 @@ def recipe() -> Recipe:
 @pytest.fixture(scope="module")
 def done(mmpose, recipe, tmp_path_factory):
     output = tmp_path_factory.mktemp("done") / "out"
-    return output, run_people(RunOptions(poses=mmpose(ghost=4), fps=30), output, recipe)
+    return output, run_people(RunOptions(poses=mmpose(ghost=4), fps=30, everyone=True), output, recipe)
 
 
 def test_a_whole_run_each_in_one_level(done, scene):
@@ -58,7 +58,7 @@ def test_a_whole_run_each_in_one_level(done, scene):
 
 def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path):
     """The second one comes in frame 15; of both the frames of the whole file were stated."""
-    options = RunOptions(poses=mmpose(), fps=30, time_range="0:0.6")
+    options = RunOptions(poses=mmpose(), fps=30, everyone=True, time_range="0:0.6")
     first, second = run_people(options, tmp_path / "out", recipe)
     assert (first.frames, second.frames, second.take) == (19, 4, None)
     index = json.loads((tmp_path / "out" / SUMMARY).read_text())
@@ -68,7 +68,7 @@ def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path
 
 def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
     path = mmpose(mirrored=("1",))
-    first, second = run_people(RunOptions(poses=path, fps=30), tmp_path / "out", recipe)
+    first, second = run_people(RunOptions(poses=path, fps=30, everyone=True), tmp_path / "out", recipe)
     assert first.take is not None
     assert second.take is None
     assert "mirrored" in str(second.refusal)
@@ -89,7 +89,7 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
         return result
 
     monkeypatch.setattr(Export, "__call__", refusing)
-    first, second = run_people(RunOptions(poses=mmpose(), fps=30), tmp_path / "out", recipe)
+    first, second = run_people(RunOptions(poses=mmpose(), fps=30, everyone=True), tmp_path / "out", recipe)
     assert (str(first.refusal), second.refusal) == ("no.", None)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["1", SUMMARY]
 
@@ -106,8 +106,9 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
 def test_what_cannot_be_for_all_people_is_refused_and_leaves_no_folder(
     mmpose, recipe, tmp_path, mirrored, told, words
 ):
+    options = RunOptions(poses=mmpose(mirrored=mirrored), fps=30, everyone=True, **told)
     with pytest.raises(InputError, match=words):
-        run_people(RunOptions(poses=mmpose(mirrored=mirrored), fps=30, **told), tmp_path / "out", recipe)
+        run_people(options, tmp_path / "out", recipe)
     assert not (tmp_path / "out").exists()
 
 
@@ -115,10 +116,10 @@ def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, r
     output = shutil.copytree(done[0], tmp_path / "out")
     run_files(RunOptions(poses=mmpose(), fps=30, person="1"), output, recipe)
     assert not (output / "0").exists()
-    run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
+    run_people(RunOptions(poses=mmpose(), fps=30, everyone=True), output, recipe)
     (output / "1" / "notes.txt").write_text("years of work")
     with pytest.raises(InputError, match="--force"):
-        run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
+        run_people(RunOptions(poses=mmpose(), fps=30, everyone=True), output, recipe)
     assert (output / "1" / "notes.txt").exists()
 
 
@@ -139,7 +140,7 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path):
     assert own == command
     assert own["poses"]["unit"] == "m"
     assert "kinematics.csv" in own["files"]
-    run_people(options.with_(person=None, stature=None), str(tmp_path / "out"))
+    run_people(options.with_(person=None, stature=None, everyone=True), str(tmp_path / "out"))
     other = json.loads((tmp_path / "out" / "1" / SUMMARY).read_text())
     assert other["rectification"]["method"] == "geometric"
 
@@ -172,7 +173,7 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     frames, each = np.arange(len(points)), len(walk)
     found = detected(frames, scored(points), frames // each, [each] if cut else [])
     found.save(tmp_path / "keypoints.npz")
-    options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
+    options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360), everyone=True)
     lifting = Recipe(stages=(StageEntry(use="lift"), *recipe.stages))
     lifting = lifting.with_options("rectify", rectifier="pcnet")
     runs = run_people(options, tmp_path / "out", lifting)
