@@ -36,8 +36,6 @@ from .load import Source
 OFF = "off"  # as the value of a whole stage: leave it out
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
-_INPUT, _PERSON, _CAMERA, _OUTPUT = "Input", "Person", "Camera", "Output"
-
 # Fields that are told of the recording and are no stage's option, by their names in pipeline.core.take.Told.
 TOLD = {
     "fps": "fps", "person": "person", "stature": "stature_m", "camera": "camera", "focal": "focal_px",
@@ -54,8 +52,12 @@ _FORMS = {  # of fields that are given as one text, for errors
 }
 
 
-def _option(panel: str, text: str, *names: str) -> Any:
-    return typer.Option(*names, help=text, rich_help_panel=panel)
+def _panel(name: str) -> Callable[..., Any]:
+    """Makes options of that part of the help: of a help text, and names on the command line if not the field's own."""
+    return lambda text, *names: typer.Option(*names, help=text, rich_help_panel=name)
+
+
+_input, _person, _camera, _output = map(_panel, ("Input", "Person", "Camera", "Output"))
 
 
 def _parts(separator: str) -> BeforeValidator:
@@ -84,20 +86,12 @@ def _pairs(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else pairs(value)
 
 
-Output = Annotated[Path, _option(_OUTPUT, "Folder for the results.", "-o", "--output")]
-Force = Annotated[
-    bool, _option(_OUTPUT, "Overwrite the output folder even if pcnet3d did not create it.", "--force")
-]
-Resume = Annotated[
-    bool, _option(_OUTPUT, "Continue an interrupted detection in this output folder.", "--resume")
-]
+Output = Annotated[Path, _output("Folder for the results.", "-o", "--output")]
+Force = Annotated[bool, _output("Overwrite the output folder even if pcnet3d did not create it.", "--force")]
+Resume = Annotated[bool, _output("Continue an interrupted detection in this output folder.", "--resume")]
 OnDevice = Annotated[
     Device,
-    _option(
-        _INPUT,
-        "Device for the networks; auto takes the first of `pcnet3d list devices` that works.",
-        "--device",
-    ),
+    _input("Device for the networks; auto takes the first of `pcnet3d list devices` that works.", "--device"),
 ]
 
 
@@ -112,82 +106,55 @@ class RunOptions(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     video: Annotated[Path | None, typer.Argument(help="The recorded video.")] = None
-    poses: Annotated[Path | None, _option(_INPUT, "3D poses from a lifter: a file or a folder.")] = None
-    adapter: Annotated[str, _option(_INPUT, "Format of --poses: a name from `pcnet3d list adapters`.")] = (
-        "auto"
-    )
+    poses: Annotated[Path | None, _input("3D poses from a lifter: a file or a folder.")] = None
+    adapter: Annotated[str, _input("Format of --poses: a name from `pcnet3d list adapters`.")] = "auto"
     options: Annotated[
         dict[str, Any],
         BeforeValidator(_pairs),
-        _option(_INPUT, "Option KEY=VALUE for reading --poses; repeatable.", "-O", "--option"),
+        _input("Option KEY=VALUE for reading --poses; repeatable.", "-O", "--option"),
     ] = {}
-    keypoints: Annotated[Path | None, _option(_INPUT, "2D keypoints: a file or a folder.")] = None
+    keypoints: Annotated[Path | None, _input("2D keypoints: a file or a folder.")] = None
     fps: Annotated[
         float | None,
-        _option(
-            _INPUT, "Frames per second, if no file states them or the stated rate is wrong (slow motion)."
-        ),
+        _input("Frames per second, if no file states them or the stated rate is wrong (slow motion)."),
     ] = None
     time_range: Annotated[
         tuple[float, Annotated[float, AllowInfNan()]] | None,
         BeforeValidator(_open_range),
         AfterValidator(_in_order),
-        _option(_INPUT, "Process only this part: START:END in seconds, such as 2.5:8, 2: or :8."),
+        _input("Process only this part: START:END in seconds, such as 2.5:8, 2: or :8."),
     ] = None
     detector: Annotated[
         str | None,
-        _option(
-            _INPUT, "Network that finds joints in the video: a name from `pcnet3d list models`, or a file."
-        ),
+        _input("Network that finds joints in the video: a name from `pcnet3d list models`, or a file."),
     ] = None
     lifter: Annotated[
         str | None,
-        _option(
-            _INPUT,
-            "Lifter to use without --poses: a name from `pcnet3d list models`, or an .onnx file of `lab train`.",
+        _input(
+            "Lifter to use without --poses: a name from `pcnet3d list models`, or an .onnx file of `lab train`."
         ),
     ] = None
     device: OnDevice = "auto"
-    person: Annotated[
-        str | None,
-        _option(
-            _PERSON,
-            "Which person: an ID in the file, longest or largest.",
-        ),
-    ] = None
+    person: Annotated[str | None, _person("Which person: an ID in the file, longest or largest.")] = None
     everyone: Annotated[
-        bool, _option(_PERSON, "Process everybody who is visible, each into a folder.", "--everyone")
+        bool, _person("Process everybody who is visible, each into a folder.", "--everyone")
     ] = False
-    stature: Annotated[
-        float | None,
-        _option(_PERSON, "The person's height in metres; it sets the scale."),
-    ] = None
+    stature: Annotated[float | None, _person("The person's height in metres; it sets the scale.")] = None
     camera: Annotated[
-        str | None,
-        _option(_CAMERA, "static or moving; by default the background of the video decides."),
+        str | None, _camera("static or moving; by default the background of the video decides.")
     ] = None
-    focal: Annotated[float | None, _option(_CAMERA, "Focal length in pixels, if known.")] = None
+    focal: Annotated[float | None, _camera("Focal length in pixels, if known.")] = None
     also: Annotated[
         tuple[str, ...],
-        _option(
-            _OUTPUT,
-            "Format to write too: a name from `pcnet3d list writers`, such as csv or c3d; repeatable.",
-        ),
+        _output("Format to write too: a name from `pcnet3d list writers`, such as csv or c3d; repeatable."),
     ] = ()
-    no_frames: Annotated[
-        bool, _option(_OUTPUT, "Keep images of the person out of the results.", "--no-frames")
-    ] = False  # of Told.images
-    recipe: Annotated[
-        Path | None,
-        _option(_OUTPUT, "TOML file that lists the stages and their options.", "--recipe"),
-    ] = None
+    no_frames: Annotated[bool, _output("Keep images of the person out of the results.", "--no-frames")] = (
+        False  # of Told.images
+    )
+    recipe: Annotated[Path | None, _output("TOML file that lists the stages and their options.")] = None
     settings: Annotated[
         dict[str, Any],
-        _option(
-            _OUTPUT,
-            "STAGE.KEY=VALUE sets an option of a stage; STAGE=off skips the stage; repeatable.",
-            "--set",
-        ),
+        _output("STAGE.KEY=VALUE sets an option of a stage; STAGE=off skips the stage; repeatable.", "--set"),
     ] = {}
 
     # Without a place of their own on the command line. The first three head the report; gravity is in the camera's axes
@@ -206,9 +173,8 @@ class RunOptions(BaseModel):
     keypoints_adapter: str = "auto"
     keypoints_person: str | None = None
     keypoints_options: Annotated[dict[str, Any], BeforeValidator(_pairs)] = {}
-    in_memory: dict[
-        str, InstanceOf[Source]
-    ] = {}  # "poses", "keypoints": instead of files; their labels stand there
+    # "poses", "keypoints": instead of files; their labels stand there.
+    in_memory: dict[str, InstanceOf[Source]] = {}
 
     def __init__(self, **given: Any) -> None:
         given = _distributed(given)
@@ -251,7 +217,7 @@ def reading_options() -> tuple[str, ...]:
 def flag_of(name: str) -> str:
     """As a user types it."""
     if name not in PLACES:
-        return f"--set {READ}.{name}"
+        return f"--set {KEYPOINTS}" if name == "keypoints_options" else f"--set {READ}.{name}"
     longest = [flag for flag in getattr(PLACES[name], "param_decls", None) or () if flag.startswith("--")]
     return longest[0] if longest else "--" + name.replace("_", "-")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from ..core.errors import InputError
@@ -24,7 +24,6 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     about the camera. InputError for an option of a stage or a file that this run does not have, for what the user says
     and no stage reads, for a setting that its stage does not know or of another type, and for two recipes.
     """
-    alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options)
     if recipe is not None and options.recipe is not None:
         raise InputError(
@@ -33,29 +32,23 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     chosen = load_recipe(options.recipe) if recipe is None else recipe
     off = [name for name, value in options.settings.items() if value == OFF and "." not in name]
     if recipe is None:
+        alone = options.poses is None and options.keypoints is None and options.video is not None
         needed = {"lift": options.poses is None, "calibrate": options.video is not None, "detect": alone}
         for stage in (stage for stage, is_needed in needed.items() if is_needed):
             chosen = chosen.starting_with(stage)
         for name in off:
             _require(chosen, name, f"{name}={OFF}")
     for name in off:
-        chosen = chosen.without(name) if chosen.has(name) else chosen
-    short = {(flag_of(name), place): getattr(options, name) for name, place in SHORT.items()}
-    chosen = _with_options(chosen, {way: value for way, value in short.items() if value})
-    settings = {name: value for name, value in options.settings.items() if "." in name}
-    settings = {(name, name): checked_setting(name, value) for name, value in settings.items()}
-    chosen = _with_options(chosen, settings)
+        chosen = chosen.without(name)
+    short = [(flag_of(name), place, getattr(options, name)) for name, place in SHORT.items()]
+    settings = [(name, value) for name, value in options.settings.items() if "." in name]
+    settings = [(name, name, checked_setting(name, value)) for name, value in settings]
+    for flag, place, value in [*(each for each in short if each[2]), *settings]:
+        stage, _, key = place.partition(".")
+        _require(chosen, stage, flag)
+        chosen = chosen.with_options(stage, **{key: value})
     _check_read(options.told, chosen)
     return chosen
-
-
-def _with_options(recipe: Recipe, options: Mapping[tuple[str, str], Any]) -> Recipe:
-    """With the values of options by how each was given and its "STAGE.KEY"."""
-    for (way, place), value in options.items():
-        stage, _, key = place.partition(".")
-        _require(recipe, stage, way)
-        recipe = recipe.with_options(stage, **{key: value})
-    return recipe
 
 
 def checked_setting(name: str, value: Any) -> Any:
@@ -98,16 +91,12 @@ def _require(recipe: Recipe, stage: str, what: str) -> None:
 def _check_readers(options: RunOptions) -> None:
     """InputError for an option of a file that is not given."""
     readers = {
-        "poses": {"--adapter": options.adapter != "auto", "--option": options.options},
-        "keypoints": {
-            flag_of("keypoints_adapter"): options.keypoints_adapter != "auto",
-            flag_of("keypoints_person"): options.keypoints_person,
-            "--set keypoints": options.keypoints_options,
-        },
+        "poses": {"adapter": "auto", "options": {}},
+        "keypoints": {"keypoints_adapter": "auto", "keypoints_person": None, "keypoints_options": {}},
     }
-    for role, flags in readers.items():
-        unread = [flag for flag, given in flags.items() if given]
-        if unread and getattr(options, role) is None:
+    for role, usual in readers.items():
+        unread = [flag_of(name) for name, value in usual.items() if getattr(options, name) != value]
+        if unread and (getattr(options, role) is None or role in options.in_memory):
             raise InputError(
                 "option-conflict", f"{', '.join(unread)} is for --{role} FILE, which this run does not have."
             )

@@ -17,7 +17,6 @@ from .recipe import Recipe
 from .run import run_files, run_in_memory
 
 _OPTION = {"detect": "detector", "lift": "lifter"}  # of the stages of these names
-_FOR_FILES = {"poses": ("adapter", "options"), "keypoints": ("keypoints_adapter", "keypoints_options")}
 
 
 def process(
@@ -58,35 +57,27 @@ def process(
             "bad-value",
             f"Expected video as the path of a file, got {type(video).__name__}; of images in memory give keypoints.",
         )
-    named: dict[str, Any] = {"video": video}
-    named |= {
-        role: given
-        for role, given in (("poses", poses), ("keypoints", keypoints))
-        if isinstance(given, str | Path)
-    }
+    given = {"poses": poses, "keypoints": keypoints}
+    files = {role: each for role, each in given.items() if isinstance(each, str | Path)}
     networks = {"detect": detect, "lift": lift}
-    functions = {role: network for role, network in networks.items() if callable(network)}
-    named |= {
-        _OPTION[role]: str(network) for role, network in networks.items() if network and role not in functions
-    }
+    functions = {stage: network for stage, network in networks.items() if callable(network)}
+    names = {_OPTION[stage]: str(each) for stage, each in networks.items() if each and not callable(each)}
     path, recipe = (None, recipe) if isinstance(recipe, Recipe) else (recipe, None)
-    run_options = RunOptions(recipe=path, **named, **options)
+    run_options = RunOptions(video=video, recipe=path, **files, **names, **options)
     meaning = Meaning(axes, joints, unit)
     in_memory = {}
-    if poses is not None and "poses" not in named:
+    if poses is not None and "poses" not in files:
         in_memory["poses"] = source_of_poses(poses, meaning, run_options.told)
-    if keypoints is not None and "keypoints" not in named:
+    if keypoints is not None and "keypoints" not in files:
         in_memory["keypoints"] = source_of_keypoints(keypoints, keypoint_joints)
-    for role in in_memory:
-        unread = [flag for flag in _FOR_FILES[role] if getattr(run_options, flag) not in ("auto", {})]
-        if unread:
-            raise InputError(
-                "option-conflict",
-                f"{', '.join(unread)} is for a file of {role}, got them in memory; leave it out.",
-            )
     labels = {role: source.path for role, source in in_memory.items()}
     run_options = run_options.with_(in_memory=in_memory, **labels)
-    chosen = _with_functions(planned(run_options, recipe), functions)
+    chosen = planned(run_options, recipe)
+    for stage, function in functions.items():
+        if not chosen.has(stage):
+            others = "keypoints and poses" if stage == "detect" else "poses"
+            raise InputError("option-conflict", f"{stage} is for a run without {others}; leave it out.")
+        chosen = chosen.with_options(stage, **{_OPTION[stage]: function})
     if "poses" not in in_memory:
         if "lift" in functions and unit is not None:
             chosen, meaning = chosen.with_options("lift", unit=unit), replace(meaning, unit=None)
@@ -107,13 +98,3 @@ def process(
             "option-conflict", "Without output no files are written: give it, or leave also out."
         )
     return run_in_memory(run_options, chosen)
-
-
-def _with_functions(recipe: Recipe, functions: dict[str, Any]) -> Recipe:
-    """With functions, by the stage whose network they replace."""
-    for role, function in functions.items():
-        if not recipe.has(role):
-            others = "keypoints and poses" if role == "detect" else "poses"
-            raise InputError("option-conflict", f"{role} is for a run without {others}; leave it out.")
-        recipe = recipe.with_options(role, **{_OPTION[role]: function})
-    return recipe

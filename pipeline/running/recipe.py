@@ -62,7 +62,7 @@ class Recipe(BaseModel):
         return Recipe(stages=tuple(entry for entry in self.stages if entry.use == stage))
 
     def without(self, stage: str) -> Recipe:
-        """A copy without that stage; InputError when it has no other."""
+        """A copy without that stage, if it has it; InputError when it has no other."""
         rest = tuple(entry for entry in self.stages if entry.use != stage)
         if not rest:
             raise InputError("option-conflict", f"'{stage}' is the only stage of this run; leave it in.")

@@ -199,7 +199,7 @@ def run_in_memory(options: RunOptions, recipe: Recipe) -> Take:
     """The take of what the options name, through the recipe's stages, of which those that write files are left out.
     Raises InputError."""
     for stage in WRITERS:
-        recipe = recipe.without(stage) if recipe.has(stage) else recipe
+        recipe = recipe.without(stage)
     with computing_on(options.device):
         pipeline = recipe.build()
         take = open_take(options)
