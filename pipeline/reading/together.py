@@ -7,7 +7,7 @@ rate. A numbering that is right betters every part of a take; by chance one bett
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,42 +26,26 @@ RATES = sorted({a / b for a in _USUAL_RATES for b in _USUAL_RATES})  # of one vi
 _FAR_SIZE, _FAR_PX = (200_000, 200_000), 1e6
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(NamedTuple):
     """off: median distance of joints from the rays of their keypoints, in statures, as numbered. best: the same where
-    the poses' numbers grow `rate` times as fast and the first is `lag` frames later; parts: of the take, which
-    are better then. anybodys: the same of the keypoints half a take later. sized: whether the image's size is
-    known."""
+    the poses' numbers grow `rate` times as fast and the first is `lag` frames later, if the poses belong there; None
+    if they do not. most: how far off poses may be that are of the same frames."""
 
     off: float
-    best: float
-    parts: int
+    best: float | None
     lag: int
     rate: float
-    anybodys: float
-    sized: bool
-
-    @property
-    def elsewhere(self) -> bool:
-        """Whether they belong together at another shift or rate."""
-        changed = abs(self.lag) > 1 or self.rate != 1
-        better, (fewest, _) = limit("keypoints-not-of-poses.better"), limit("keypoints-not-of-poses.parts")
-        return changed and self.off > better * self.best and self.parts >= fewest
+    most: float
 
     def notice(self) -> Notice | None:
         """What is said where they are not of the same frames or person; None where they are."""
-        how = None
-        most = limit("keypoints-not-of-poses.off" if self.sized else "keypoints-not-of-poses.off-unsized")
-        if self.elsewhere:
-            fits = f"within {100 * self.best:.1f} %"
-            if self.rate != 1:
-                how = f"; with numbers that grow {self.rate:.3g} times as fast they fit {fits}"
-            else:
-                way = "later" if self.lag > 0 else "earlier"
-                how = f"; {abs(self.lag)} frames {way} they fit {fits}"
-        elif self.off > max(most, limit("keypoints-not-of-poses.anybodys") * self.anybodys):
-            how = ""
-        return None if how is None else notice("keypoints-not-of-poses", off_percent=100 * self.off, how=how)
+        if self.best is None and self.off <= self.most:
+            return None
+        how = f"{abs(self.lag)} frames {'later' if self.lag > 0 else 'earlier'} they fit"
+        if self.rate != 1:
+            how = f"with numbers that grow {self.rate:.3g} times as fast they fit"
+        how = "" if self.best is None else f"; {how} within {100 * self.best:.1f} %"
+        return notice("keypoints-not-of-poses", off_percent=100 * self.off, how=how)
 
 
 def together(
@@ -93,10 +77,15 @@ def together(
     lag, rate = min(offs, key=lambda way: (offs[way], abs(way[1] - 1), abs(way[0])))
     numbered, best = by_way[0, 1.0], by_way[lag, rate]
     gain = (numbered - best)[np.isfinite(numbered - best)]
-    _, count = limit("keypoints-not-of-poses.parts")
+    fewest, count = limit("keypoints-not-of-poses.parts")
     parts = sum(bool(part.mean() > 0) for part in np.array_split(gain, count) if len(part))
-    anybodys = _median(each.off(np.roll(each.at, len(each.at) // 2)))
-    return Fit(offs[0, 1.0], offs[lag, rate], parts, lag, rate, anybodys, sized=image_size is not None)
+    off, least = offs[0, 1.0], offs[lag, rate]
+    better = off > limit("keypoints-not-of-poses.better") * least and parts >= fewest
+    elsewhere = better and (abs(lag) > 1 or rate != 1)
+    usual = limit("keypoints-not-of-poses.off" if image_size else "keypoints-not-of-poses.off-unsized")
+    anybodys = _median(each.off(np.roll(each.at, len(each.at) // 2)))  # of the keypoints half a take later
+    most_off = max(usual, limit("keypoints-not-of-poses.anybodys") * anybodys)
+    return Fit(off, least if elsewhere else None, lag, rate, most_off)
 
 
 def _median(off: np.ndarray) -> float:

@@ -81,7 +81,7 @@ def test_a_numbering_that_fits_some_of_a_short_take_by_chance_is_not_told():
         slowly = np.linspace(4 * seed, 4 * seed + 9, 36).round().astype(int)
         lifted = poses(BODY[slowly] + wandering(BODY[slowly].shape, 0.03, seed))
         seen = keypoints(PIXELS[slowly] + wandering(PIXELS[slowly].shape, 3.0, seed + 99))
-        assert not together(lifted, seen, SIZE).elsewhere
+        assert together(lifted, seen, SIZE).best is None
 
 
 def test_poses_that_are_off_but_move_with_their_keypoints_are_theirs():
