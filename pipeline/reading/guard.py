@@ -56,25 +56,18 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str, check: Chec
         handedness = "ignore"
     if any(each.code == _ASKED for each in poses.notices):  # whoever read them has looked
         return poses
-    poses = _sided(poses, handedness, where)
-    if check == "refuse":
-        for doubt in upside_down(poses):
-            if doubt.code == "upside-down":
-                how = f'{doubt.text[:-1]}; for one pass --set read.check=off (check="off").'
-                raise InputError("wrong-axes", f"{where}: {how}")
-    return poses
-
-
-def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequence:
-    """With left and right put right as asked; with "refuse", InputError when they are wrong."""
     if handedness not in ("refuse", "ignore"):
         poses = repaired(poses, handedness).saying(notice("sides-put-right", repair=handedness))
     evidence = chirality(poses)
     if handedness != "refuse" and evidence.verdict != "good":
-        return poses.saying(notice(_ASKED, verdict=evidence.verdict, evidence=str(evidence)))
-    if handedness == "refuse" and evidence.verdict in _WRONG_SIDES:
+        poses = poses.saying(notice(_ASKED, verdict=evidence.verdict, evidence=str(evidence)))
+    elif handedness == "refuse" and evidence.verdict in _WRONG_SIDES:
         what, how = _WRONG_SIDES[evidence.verdict]
         raise InputError("sides-swapped", f"{where}: {what}: {evidence}; pass --set read.handedness={how}.")
+    for doubt in upside_down(poses) if check == "refuse" else ():
+        if doubt.code == "upside-down":
+            how = f'{doubt.text[:-1]}; for one pass --set read.check=off (check="off").'
+            raise InputError("wrong-axes", f"{where}: {how}")
     return poses
 
 

@@ -33,7 +33,6 @@ class Pipeline:
     def check_given(self, given: Iterable[str], unit: str = "", told: Told = SILENT) -> None:
         """The same for a take that is not there yet, in which the fields of these names will be filled. unit: that of
         its poses, empty without poses or if it is not known. told: what the user says about it."""
-        of_take = {field.name for field in fields(Take)}
         filled = {*given, *(field.name for field in fields(Take) if field.default is not None)}
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
@@ -45,10 +44,6 @@ class Pipeline:
                             f"put it before '{earlier.name}'.",
                         )
             for name in stage.needs:
-                if name not in of_take:
-                    raise InputError(
-                        "needs-stage", f"Stage '{stage.name}' needs '{name}', which no take has."
-                    )
                 if name not in filled:
                     raise InputError(
                         "needs-stage",
