@@ -1,8 +1,13 @@
 """Whether every stated error holds, in every configuration of a run:  pcnet3d lab evaluate errors -o DIR
 
+How many lie inside the stated 90 % (judge.py); every person counts the same, and every take of a person. low, high: the
+90 % interval over people; needed: what the bars would have to be multiplied by. bias: mean of found less true; p50,
+rms: size of the errors; bar: the median. In degrees where no unit is named. Postures: as a run finds them, all
+configurations together; of figures of many frames what a fifth of these reach; of frames by takes with half a second.
+
 And what would make them hold: with --fit the errors of angles and rates are fitted to these takes, of the
 configurations FITTED, and written to DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set
-angles.errors=FILE). Every figure is by the procedure of judge.py.
+angles.errors=FILE). Of strangers: what --fit fits, each person by bars that were fitted to all the others.
 """
 
 from __future__ import annotations
@@ -42,14 +47,6 @@ FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "t
 # Bodies whose arms a program raised, by which the parts for raised arms are made as large as these ask for: of the
 # people's 36,872 frames 38 have an upper arm over 150 degrees from the trunk, none over 165.
 RAISED, _ARMS = "arms raised", FEATURES.index("arms")
-
-ABOUT = (
-    "How many lie inside the stated 90 %; every person counts the same, and every take of a person. low, high: the 90"
-    " % interval over people; needed: what the bars would have to be multiplied by. bias: mean of found less true; "
-    "p50, rms: size of the errors; bar: the median. In degrees where no unit is named. Of strangers: what --fit fits, "
-    "each person by bars that were fitted to all the others. Postures: as a run finds them, all configurations "
-    "together; of figures of many frames what a fifth of these reach; of frames by takes with half a second."
-)
 
 
 def configurations(asked: Configuration) -> dict[str, Configuration]:

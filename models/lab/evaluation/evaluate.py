@@ -3,17 +3,18 @@
 The one runner of all reports: it opens the networks, refuses looks at test people without a reason, asks the report,
 and writes a page and the same figures as JSON. People are those that networks are chosen by, unless `--sets test` asks
 for those that figures are published of. A report is a module with `rows`, which gives the values of every take and the
-places where they stand, `summary`, what becomes of all values in one place, and `ABOUT`, what the page says of them; or
-with `tables` in place of both, where a fit needs all values at once. REPORTS has a row for each.
+places where they stand, and `summary`, what becomes of all values in one place; or with `tables` in place of both,
+where a fit needs all values at once. The page begins with the module's own words. REPORTS has a row for each.
 """
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import date
 from importlib import import_module
+from inspect import getdoc
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,33 +40,27 @@ _LEDGER = ("date", "command", "networks", "because")
 
 @dataclass(frozen=True)
 class Report:
-    """module: from this folder. takes: the options that it has, besides -o and --device. defaults: of these, where they
-    are not _USUAL. runs: whether it judges whole runs, which the shipped rectifier levels."""
+    """takes: the options that it has, besides -o and --device. runs: whether it judges whole runs, which the shipped
+    rectifier levels. bed: the cameras, where none are asked for."""
 
-    module: str
     takes: tuple[str, ...]
-    defaults: dict[str, Any] = field(default_factory=dict)
     runs: bool = False
+    bed: Bed = "wild"
 
 
 _VIRTUAL = ("lifter", "seed", "bed", "sets", "because")  # of people before virtual cameras
-_FURTHER = ("draws", "part", "fit")  # of the report on errors
-_USUAL: dict[str, Any] = {
-    "lifter": "pcnet3d", "rectifier": ("geometric", "pcnet"), "seed": 0, "bed": "wild", "sets": "val", "because": "",
-}  # fmt: skip
-REPORTS = {
-    "takes": Report(".takes", ("rectifier", *_VIRTUAL)),
-    "rectifiers": Report(".rectifiers", ("rectifier", *_VIRTUAL)),
-    "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
-    "gait": Report(".gait", _VIRTUAL, runs=True),
-    "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}, runs=True),
-    "verdicts": Report(".verdicts", _VIRTUAL, runs=True),
-    "repetitions": Report(".repetitions", ("lifter", "bed"), {"bed": "typical"}, runs=True),
-    "errors": Report(
-        ".errors", ("lifter", "seed", "sets", "because", "draws", "part", "fit", "errors"), runs=True
-    ),
-    "real-take": Report(".real_take", ("lifter",), runs=True),
+REPORTS = {  # by the names of their modules, with - for _
+    "takes": Report(("rectifier", *_VIRTUAL)),
+    "rectifiers": Report(("rectifier", *_VIRTUAL)),
+    "lifter": Report(("lifter", "seed", "sets", "because")),
+    "gait": Report(_VIRTUAL, runs=True),
+    "jumps": Report(_VIRTUAL, runs=True, bed="typical"),
+    "verdicts": Report(_VIRTUAL, runs=True),
+    "repetitions": Report(("lifter", "bed"), runs=True, bed="typical"),
+    "errors": Report(("lifter", "seed", "sets", "because", "draws", "part", "fit", "errors"), runs=True),
+    "real-take": Report(("lifter",), runs=True),
 }
+_RECTIFIERS = ("geometric", "pcnet")
 
 
 def evaluate(
@@ -84,32 +79,50 @@ def evaluate(
     device: OnDevice = "auto",
 ) -> None:
     """Test lifters, rectifiers and later stages where the truth is known."""
-    options = {name: given for name, given in locals().items() if name not in ("report", "output", "device")}
-    asked = _asked(report, {name: given for name, given in options.items() if given is not None})
-    of, people, reason = REPORTS[report], asked.get("sets"), asked.pop("because", "")
+    given = {name: value for name, value in locals().items() if value is not None}
+    given = {name: given[name] for name in given if name not in ("report", "output", "device")}
+    of = _refused(report, given)
     refuse_unwritable(output)
-    module = import_module(of.module, __package__)
-    heading = {name: asked[name] for name in ("lifter", "seed", "bed") if name in asked}
-    heading = {"pcnet3d": package_version(), **heading}
+    module = import_module(f".{report.replace('-', '_')}", __package__)
+    reason, people = given.pop("because", ""), given.pop("sets", "val")
+    further = {name: given.pop(name) for name in ("draws", "part", "fit") if name in given}
     with computing_on(device) as where:
-        asked["rectifiers"] = tuple(map(load_rectifier, asked.pop("rectifier", ())))
-        more = {"output": output, **{name: asked.pop(name) for name in _FURTHER if name in asked}}
-        question = Configuration(people=asked.pop("sets", "val"), **asked)
-        for judged in question.sets if people else ():
-            judged.clips()  # a set without takes is refused before the work
+        named = given.pop("rectifier", _RECTIFIERS) if "rectifier" in of.takes else ()
+        rectifiers = tuple(map(load_rectifier, named))
+        asked = Configuration(people, rectifiers=rectifiers, **{"bed": of.bed, **given})
+        for each_set in asked.sets if "sets" in of.takes else ():
+            each_set.clips()  # a set without takes is refused before the work
         if hasattr(module, "tables"):
-            tables = module.tables(question, **more)
+            tables = module.tables(asked, output, **further)
         else:
-            tables = tabled(module.rows(question), module.summary)
-        methods = [load_lifter(question.lifter).method] if "lifter" in of.takes else []
-        methods += [each.method for each in (question.rectifiers or [load_rectifier("pcnet")] * of.runs)]
+            tables = tabled(module.rows(asked), module.summary)
+        methods = [load_lifter(asked.lifter).method] if "lifter" in of.takes else []
+        methods += [each.method for each in (rectifiers or [load_rectifier("pcnet")] * of.runs)]
     networks = [method for method in methods if "@" in method]
-    results = {"report": report, **({"judged": people} if people else {}), **heading, **tables}
+    judged = {"judged": people} if "sets" in of.takes else {}
+    heading = {name: getattr(asked, name) for name in ("lifter", "seed", "bed") if name in of.takes}
+    results = {"report": report, **judged, "pcnet3d": package_version(), **heading, **tables}
     results |= {"networks": networks, "date": date.today().isoformat(), "device": where.summary()}
     output.mkdir(parents=True, exist_ok=True)
     if reason:
         note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", networks, reason)
-    publish(output / "evaluation", report, module.ABOUT, results)
+    publish(output / "evaluation", report, getdoc(module) or "", results)
+
+
+def _refused(report: str, given: dict[str, Any]) -> Report:
+    """The report, unless InputError for one that there is not, an option that it does not take, test people without a
+    reason, or a reason without them."""
+    if report not in REPORTS:
+        refuse_removed("reports", report)
+        raise InputError("name-unknown", f"There is no report '{report}'; {did_you_mean(report, REPORTS)}")
+    of = REPORTS[report]
+    if strange := [name for name in given if name not in of.takes]:
+        raise InputError(
+            "option-conflict",
+            f"The report {report} has no --{strange[0]}, only --{', --'.join(of.takes)}; leave it out.",
+        )
+    refuse_unexplained(given.get("sets", "val"), given.get("because", ""))
+    return of
 
 
 def tabled(rows: Iterable[Row], summary: Callable[[list[Any]], Any]) -> dict[str, Any]:
@@ -138,8 +151,8 @@ def publish(file: Path, title: str, about: str, results: dict[str, Any]) -> None
 
 def written(results: Mapping[str, Any], title: str, about: str) -> str:
     """A report's nested figures as a page of Markdown tables: a table for all figures that stand alike, a row for each
-    place they stand in, its keys in front. about: what stands above the tables; what every report is asked
-    (Question.heading) stands before it."""
+    place they stand in, its keys in front. about: what stands above the tables; what the report was asked stands before
+    it."""
     said = {name: value for name, value in results.items() if not isinstance(value, Mapping | list)}
     parts = [f"# {title}", ", ".join(f"{name} {_cell(value)}" for name, value in said.items()), about]
     for name, of in results.items():
@@ -188,24 +201,6 @@ def _cell(value: Any) -> str:
     )
 
 
-def _asked(report: str, given: dict[str, Any]) -> dict[str, Any]:
-    """The report's options: those given, and its own defaults. InputError for a report that there is not, an option
-    that it does not take, test people without a reason, and a reason without them."""
-    if report not in REPORTS:
-        refuse_removed("reports", report)
-        raise InputError("name-unknown", f"There is no report '{report}'; {did_you_mean(report, REPORTS)}")
-    of = REPORTS[report]
-    if strange := [name for name in given if name not in of.takes]:
-        raise InputError(
-            "option-conflict",
-            f"The report {report} has no --{strange[0]}, only --{', --'.join(of.takes)}; leave it out.",
-        )
-    usual = {name: value for name, value in {**_USUAL, **of.defaults}.items() if name in of.takes}
-    asked = {**usual, **given}
-    refuse_unexplained(asked.get("sets", "val"), asked.get("because", ""))
-    return asked
-
-
 def refuse_unexplained(sets: Sets, because: str) -> None:
     """InputError for test people without a reason, and a reason without them."""
     if (sets != "val") != bool(because.strip()):
@@ -215,18 +210,12 @@ def refuse_unexplained(sets: Sets, because: str) -> None:
         )
 
 
-def ledger_of(output: Path) -> Path:
-    """docs/accuracy/ledger.csv where this package lies in its repository, else ledger.csv in the report's folder."""
-    return ROOT / "docs" / "accuracy" / "ledger.csv" if (ROOT / ".git").exists() else output / "ledger.csv"
-
-
 def note_look(output: Path, command: str, networks: Sequence[str], because: str) -> None:
     """Append a line to the ledger of looks at the test sets, for who is looked at often is no test any more: the day,
-    the command, the networks with their digests, and why."""
-    path = ledger_of(output)
+    the command, the networks with their digests, and why. It is docs/accuracy/ledger.csv where this package lies in its
+    repository, else ledger.csv in the report's folder."""
+    path = (ROOT / "docs" / "accuracy" if (ROOT / ".git").exists() else output) / "ledger.csv"
+    line = date.today().isoformat(), command, " ".join(networks), " ".join(because.split())
     first = not path.exists()
     with open(path, "a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        if first:
-            writer.writerow(_LEDGER)
-        writer.writerow([date.today().isoformat(), command, " ".join(networks), " ".join(because.split())])
+        csv.writer(file, lineterminator="\n").writerows([_LEDGER, line] if first else [line])

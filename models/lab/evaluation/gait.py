@@ -3,6 +3,10 @@
 What a run's rows say of the walks of people nobody was trained on, in metres by their stature, beside the contacts of
 the motion capture (models/lab/mocap/contact.py) and the same figures by them. Every take is run with the focal length
 told, and for lengths and speed once more with the usual one assumed.
+
+Errors are p50 / mean / p95 of their size: events over events, figures over takes (of the means that a run states,
+against those of the same steps). events: of walks. steps: found, true. inside: takes whose true mean lies within the
+stated 90 %. false steps: found in takes without a walk.
 """
 
 from __future__ import annotations
@@ -44,11 +48,6 @@ _ROWS = {
 }
 # Rows whose differences of the sides have an error, and where it stands.
 _COMPARED = {f"mean_{name}": f"{name}_symmetry_index" for name in ("step_time", "stance_time", "step_length")}
-ABOUT = (
-    "One camera a take. Errors are p50 / mean / p95 of their size: events over events, figures over takes (of the "
-    "means that a run states, against those of the same steps). events: of walks. steps: found, true. inside: takes "
-    "whose true mean lies within the stated 90 %. false steps: found in takes without a walk."
-)
 
 
 class Matched(NamedTuple):

@@ -1,9 +1,12 @@
 """Jumps of lifted takes against motion capture:  pcnet3d lab evaluate jumps -o DIR
 
-True flights are those that the captured path shows (models/place/flights.py, MEASURED). Before a camera that
-stands still, whose image tells up; the validation people, and of those whom the lifter has seen their jumps, for there
-are more of these. The captured rule takes hops for too short or too low, so a found flight that is none of the true
-ones is invented only where the captured ankles do not leave the floor.
+True flights are those that the captured path shows (models/place/flights.py, MEASURED). Before a camera that stands
+still, whose image tells up; the validation people, and of those whom the lifter has seen their jumps, for there are
+more of these; by set and frames a second.
+
+bias: median of found less true; error: p50 / mean / p95 of its size; inside: within the stated 90 %; near: within 4 cm.
+hops: found besides the true flights, too short or low for the captured rule; invented: found where the captured ankles
+do not leave the floor.
 """
 
 from __future__ import annotations
@@ -41,13 +44,6 @@ _FIGURES = {  # {what is measured: (name of the measure, to the unit of the repo
 }
 HEIGHTS = ("height by flight time, cm", "jump height, cm")
 _TRAIN = EvaluationSet("train, seen by the lifter", "train")
-
-ABOUT = (
-    "Found before a static camera whose image tells up, against the captured flights, by set and frames a second. "
-    "bias: median of found less true; error: p50 / mean / p95 of its size; inside: within the stated 90 %; near: "
-    "within 4 cm; hops: found besides the true flights, too short or low for the captured rule; invented: found where "
-    "the feet do not leave the floor."
-)
 
 
 class Compared(NamedTuple):

@@ -1,7 +1,9 @@
 """How well a lifter does where the truth is known:  pcnet3d lab evaluate lifter -o DIR
 
 Virtual takes of people that it never saw, the focal length assumed; by posture, and by what clinics film most, in
-formulas simple enough to be argued with. A frame may belong to several of these (walking bent low) or to none.
+formulas simple enough to be argued with. A frame may belong to several of these (walking bent low) or to none. p50 /
+mean / p95 over frames, the scale aligned in each; mm of each person's own size; by person: the mean over frames, in
+brackets 90 % of the means over people drawn anew.
 """
 
 from __future__ import annotations
@@ -32,10 +34,6 @@ _SEATED_M = 0.1  # the trunk's middle this far behind the ankles: nobody squats 
 _SEATED_DEG = 45.0  # from the vertical, beyond which a trunk leans back or lies
 _ON_SEAT_S = 0.5  # on it for at least so long, or somebody falls or jumps
 _TO_SEAT_S = 1.0  # sitting down, standing up
-ABOUT = (
-    "p50 / mean / p95 over frames, the scale aligned in each; mm of each person's own size; by person: the mean over "
-    "frames, in brackets 90 % of the means over people drawn anew."
-)
 
 
 def rows(asked: Configuration) -> Iterator[Row]:

@@ -2,7 +2,11 @@
 
 A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
 together (triangulated), and so is which way is up. Every camera is run by itself, focal length unknown, by the
-skeletons alone and with the image. Then the same man standing still, where only up is known.
+skeletons alone and with the image; mean: over cameras. Then the same man standing still, where only up is known.
+
+up_deg: how far up is off, stated_deg: the root mean square error stated of it; levelled: takes that are not refused.
+rigid_mm: mean distance of the 12 limb joints from the true ones, from the mid-hips, after one rotation and scale for
+the take. rmse, mae: of angles, degrees, of takes that are levelled.
 """
 
 from __future__ import annotations
@@ -25,12 +29,6 @@ _TAKES = {"balancing": BALANCING, "standing": STANDING}
 _IMAGE = {"skeletons alone": False, "with its image": True}
 _ANGLES = ("knee_flexion", "elbow_flexion", "trunk_lean_sagittal", "trunk_lean_frontal")
 _LIMB_ROWS = H36M17.indices(LIMBS)
-ABOUT = (
-    "Each of four cameras by itself, focal length unknown; mean: over cameras. up_deg: how far up is off, stated_deg: "
-    "the root mean square error stated of it; levelled: takes that are not refused. rigid_mm: mean distance of the 12 "
-    "limb joints from the true ones, from the mid-hips, after one rotation and scale for the take. rmse, mae: of "
-    "angles, degrees, of takes that are levelled."
-)
 
 
 def rows(asked: Configuration) -> Iterator[Row]:

@@ -1,7 +1,9 @@
 """Rectifiers against the truth of motion capture: the paper's figures, tilt, and how well each knows its own error.
 
 Sets: clean joints of people that no network saw, from the paper's views and from cameras that are really pitched and
-rolled; and lifted takes. Lying frames in rows of their own. Every rectifier gets the same frames.
+rolled; and lifted takes. Lying frames in rows of their own. Every rectifier gets the same frames: p50 / mean / p95,
+degrees and mm; by person: the mean over frames, in brackets 90 % of the means over people drawn anew. frobenius: what
+the paper's published code calls degrees; expected: the stated error; spearman: how it sorts frames.
 """
 
 from __future__ import annotations
@@ -20,12 +22,6 @@ from ..common.metrics import OfTake, Row, every_value, figures, procrustes_error
 from ..mocap.clips import Clip, lying, subject_of
 from ..synthetic.views import Targets, View, seen, views
 from .runs import Configuration, EvaluationSet, lifted
-
-ABOUT = (
-    "Frames, p50 / mean / p95: degrees and mm; by person: the mean over frames, in brackets 90 % of the means over "
-    "people drawn anew. frobenius: what the paper's published code calls degrees; expected: the stated error; "
-    "spearman: how it sorts frames."
-)
 
 
 @dataclass(frozen=True, eq=False)

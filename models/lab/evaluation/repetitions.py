@@ -1,10 +1,13 @@
 """Counts, beginnings and ends of repeated movements against labels:  pcnet3d lab evaluate repetitions -o DIR
 
 movements.json names the movements of twenty takes of CMU and ACCAD, train and validation people, with the seconds at
-which each begins and ends, read by eye off curves of the true angles. A movement that is listed
-with nothing is looked for and not there. Judged on the captured joints and on lifted ones, before three cameras each;
-the lifter was trained on most of these people, so that its figures here are better than on others, and the rules of
-stages/measures were chosen on these takes.
+which each begins and ends, read by eye off curves of the true angles. A movement that is listed with nothing is looked
+for and not there. Judged on the captured joints and on lifted ones, before three cameras each; the lifter was trained
+on most of these people, so that its figures here are better than on others, and the rules of stages/measures were
+chosen on these takes.
+
+A series: one kind of movement of one side in one take; counts: series that were counted right; found, begin, end: of
+labelled movements those found, and those that begin and end within 0.15 s of the label.
 """
 
 from __future__ import annotations
@@ -26,10 +29,6 @@ LABELS = Path(__file__).with_name("movements.json")
 _NEAR_S = 0.15
 _CAMERAS = 3  # before which each take is lifted
 _SETS = (EvaluationSet("train, seen by the lifter", "train"), EvaluationSet("validation", "val"))
-ABOUT = (
-    "A series: one kind of movement of one side in one take; counts: series that were counted right; found, begin, "
-    "end: of labelled movements those found, and those that begin and end within 0.15 s of the label."
-)
 
 Spans = list[tuple[float, float]]
 

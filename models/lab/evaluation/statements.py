@@ -170,7 +170,7 @@ def angles(one: Finished) -> Iterator[Stated]:
         take.need("poses"), take.need("rectified"), take.need("filtered"), plain
     )
     true_rates = angle_rates(one.true_angles, one.truth.keypoints.times)
-    columns, parts = take.need("kinematics"), list[Stated]()
+    columns, parts = take.need("kinematics"), dict[str, list[Stated]]()
     for name in ANGLES:
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
@@ -179,12 +179,14 @@ def angles(one: Finished) -> Iterator[Stated]:
         error = np.where(use, near(value - true.value_deg[rows], 0.0), np.nan)
         known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
         known |= {each: of[each] for each in (*FEATURES, "posture")} | {"arms": of[arms_of(name)]}
-        parts.append(one.stated(of_both(name), error, SD_90 * sd, known))
+        both = of_both(name)
+        parts.setdefault(both, []).append(one.stated(both, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         model = noise.of_model(name, rate_sd, rate, faster)
         known = {"rate": np.abs(rate), "model": model, "faster": faster, **one.bins}
-        parts.append(one.stated(f"rate of {of_both(name)}", error, SD_90 * rate_sd, known))
-    yield from map(joined, by_statement(parts).values())
+        of_rate = one.stated(f"rate of {both}", error, SD_90 * rate_sd, known)
+        parts.setdefault(of_rate.statement, []).append(of_rate)
+    yield from map(joined, parts.values())
 
 
 def paths(one: Finished) -> Iterator[Stated]:

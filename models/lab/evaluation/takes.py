@@ -1,11 +1,17 @@
 """What one gravity a take is worth, where the truth is known:  pcnet3d lab evaluate takes -o DIR
 
 Every take is seen by one camera that stands still, and lifted. Every rectifier answers twice: frame by frame, and with
-the take's one up (models/gravity/levelling.py). Errors, and what its rotation alone adds to
-accelerations of wrists and ankles relative to the pelvis, both sides low-passed at 6 Hz without delay, vertical and
-horizontal apart: the lift's signals in upright axes with one heading for the take, the truth's for every method,
-against the same in the true axes. A method that answers frame by frame has its frames' own ups there, turned to that
-heading frame by frame; so only its tilt counts against it.
+the take's one up (models/gravity/levelling.py).
+
+p50 / mean / p95; by person: the mean over frames, in brackets 90 % of the means over people drawn anew. Tilt, degrees:
+over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, mm, one scale a take: over frames. Upright: in every
+frame; lying: trunk more than 60 degrees from the vertical half of the time or more. Levelled: takes that are not
+refused.
+
+Accelerations of wrists and ankles relative to the pelvis, 6 Hz zero-phase: RMSE in m/s² (horizontal: of one axis) of
+the lift's signals in upright axes with one heading for the take, the truth's for every method, against the same in the
+true axes, which is what the rotation alone adds; over upright takes of 2 s and more without gaps. A method that answers
+frame by frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it.
 """
 
 from __future__ import annotations
@@ -20,7 +26,6 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg, from_columns, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.signals.filters import CUTOFF_HZ
 from ...common.metrics import joint_error
 from ...common.spread import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
@@ -41,14 +46,6 @@ LONG, _SHORT, _PARTLY, _LYING = (
 _ERRORS = ("tilt", "rotation", "mpjpe")
 _PARTS = {part: H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("wrist", "ankle")}
 _ALONG = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
-ABOUT = (
-    "One camera a take, standing still. p50 / mean / p95; by person: the mean over frames, in brackets 90 % of the "
-    "means over people drawn anew. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE,"
-    " mm, one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from the vertical"
-    " half of the time or more. Levelled: takes that are not refused. Accelerations relative to the pelvis, "
-    f"{CUTOFF_HZ:g} Hz zero-phase: RMSE in m/s² (horizontal: of one axis) against the first lift's in the true axes, "
-    "what the rotation alone adds, over upright takes of 2 s and more without gaps."
-)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 """Whether the verdict follows the error:  pcnet3d lab evaluate verdicts -o DIR
 
 Takes of all kinds of motion, whose images tell up; two in three by keypoints that are worse in unusual postures than
-their scores say. A take is far off where its joints are by over 100 mm on average, the body rotated onto the truth in
-each frame, in one scale.
+their scores say. By verdict: how many takes are far off, their joints by over 100 mm on average, the body rotated onto
+the truth in each frame, in one scale; and p50 / mean / p95 of the takes' errors, mm.
 """
 
 from __future__ import annotations
@@ -26,9 +26,6 @@ from .testbed import SeenTake
 FAR_MM = 100.0
 # How many times larger a detector's errors are in unusual postures, without its scores telling.
 _TIMES = (1.0, 3.0, 6.0)
-ABOUT = (
-    "By verdict: how many takes are off by over 100 mm (far), and p50 / mean / p95 of the takes' errors, mm."
-)
 
 
 def error_mm(take: Take, truth: SeenTake) -> float:

@@ -56,6 +56,8 @@ def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):
         first, second = csv.DictReader(file)
     assert first["networks"] == "pcnet3d@1 pcnet@2"
     assert second["because"] == "a comma, and a line"
-    (tmp_path / "repository" / ".git").mkdir(parents=True)
+    for folder in (".git", "docs/accuracy"):
+        (tmp_path / "repository" / folder).mkdir(parents=True)
     monkeypatch.setattr(reports, "ROOT", tmp_path / "repository")
-    assert reports.ledger_of(tmp_path) == tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv"
+    reports.note_look(tmp_path, "pcnet3d lab evaluate takes", [], "in the repository")
+    assert (tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv").exists()
