@@ -33,10 +33,9 @@ from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from . import judge
 from .judge import Squares, Stated, by_statement, fitted, held_out, thinned
-from .real_data import BALANCING
 from .runs import Configuration, finished
 from .statements import statements
-from .testbed import VIEWS
+from .testbed import BALANCING, VIEWS
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees

@@ -126,8 +126,8 @@ def _refused(report: str, given: dict[str, Any]) -> Report:
 
 
 def tabled(rows: Iterable[Row], summary: Callable[[list[Any]], Any]) -> dict[str, Any]:
-    """Nested figures: at each place what becomes of all its values: the sum of counts, the first of words, else what
-    `summary` says of them."""
+    """Nested figures: at each place what becomes of all its values: the sum of counts, else what `summary` says of
+    them."""
     values: dict[tuple[str, ...], list[Any]] = {}
     for keys, value in rows:
         values.setdefault(keys, []).append(value)
@@ -136,8 +136,7 @@ def tabled(rows: Iterable[Row], summary: Callable[[list[Any]], Any]) -> dict[str
         place = results
         for key in above:
             place = place.setdefault(key, {})
-        whole = sum(of) if isinstance(of[0], int) else of[0] if isinstance(of[0], str) else summary(of)
-        place[last] = whole
+        place[last] = sum(of) if isinstance(of[0], int) else summary(of)
     return results
 
 

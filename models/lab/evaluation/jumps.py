@@ -47,14 +47,14 @@ _TRAIN = EvaluationSet("train, seen by the lifter", "train")
 
 
 class Compared(NamedTuple):
-    """Of a take: how many true flights there are, which of them are found, every figure of these, how many other hops
-    were found, and when those that are invented."""
+    """Of a take: how many true flights there are, how many of them are found, every figure of these, and how many other
+    hops were found, and invented ones."""
 
     true: int
     found: int
     figures: list[Stated]
     hops: int
-    invented: list[float]
+    invented: int
 
 
 def true_flights(truth: SeenTake) -> list[Flight]:
@@ -86,7 +86,7 @@ def compared(take: Take, truth: SeenTake) -> Compared:
     spans = [(start, start + times[i]) for i, start in enumerate(jumps.times("start"))]
     at = [next((of for of in true if start < of.land_s and of.off_s < stop), None) for start, stop in spans]
     others = [span for span, flight in zip(spans, at, strict=True) if flight is None]
-    invented = [round(span[0], 2) for span in others if not _off_floor(truth, span, stature)]
+    hops = sum(_off_floor(truth, span, stature) for span in others)
     figures = []
     for statement, (name, factor) in _FIGURES.items():
         for row in jumps.repetitions(name):
@@ -97,7 +97,7 @@ def compared(take: Take, truth: SeenTake) -> Compared:
                 pair = factor * row.value, factor * value
                 figures.append(Stated.figure(statement, truth.subject, *pair, half))
     found = {flight.off_s for flight in at if flight is not None}
-    return Compared(len(true), len(found), figures, len(others) - len(invented), invented)
+    return Compared(len(true), len(found), figures, hops, len(others) - hops)
 
 
 def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -> float | None:
@@ -112,9 +112,8 @@ def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -
 
 
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure): Stated,
-    with "near"; ("refused",): takes that a run refuses; ("invented", take): seconds. InputError where the data is
-    not."""
+    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure): Stated;
+    ("refused",): takes that a run refuses. InputError where the data is not."""
     for fps in (30.0, 60.0):
         how = replace(asked, image=True, fps=fps)
         of_train = finished(how, [_TRAIN], _flies) if asked.people == "val" else ()
@@ -124,12 +123,15 @@ def rows(asked: Configuration) -> Iterator[Row]:
             if one.take is None:
                 continue
             of = compared(one.take, one.truth)
-            counts = {"true": of.true, "found": of.found, "hops": of.hops, "invented": len(of.invented)}
-            yield from (((*place, name), number) for name, number in {"takes": 1, **counts}.items())
-            if of.invented:
-                yield ("invented", f"{one.truth.clip}, {fps:g}"), ", ".join(map(str, of.invented))
-            for stated in of.figures:
-                yield (*place, "figures", stated.statement), stated
+            counts = {
+                "takes": 1,
+                "true": of.true,
+                "found": of.found,
+                "hops": of.hops,
+                "invented": of.invented,
+            }
+            yield from (((*place, name), number) for name, number in counts.items())
+            yield from (((*place, "figures", each.statement), each) for each in of.figures)
 
 
 def summary(takes: list[Stated]) -> dict[str, Any]:

@@ -21,9 +21,9 @@ from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import angle_deg, kabsch, rotate
 from ...common.metrics import joint_error, relative
 from ..common.metrics import Row, mean, scaled
-from .real_data import BALANCING, STANDING
 from .runs import Configuration, Finished, finished
 from .statements import of_frames
+from .testbed import BALANCING, STANDING
 
 _TAKES = {"balancing": BALANCING, "standing": STANDING}
 _IMAGE = {"skeletons alone": False, "with its image": True}

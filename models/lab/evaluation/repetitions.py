@@ -72,8 +72,7 @@ def judge(labelled: Spans, found: Spans) -> Series:
 
 
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("judged", poses, movement): Series, and ("wrong", "poses, take, movement"): "labelled, found". InputError where
-    the data is not."""
+    """("judged", poses, movement): Series. InputError where the data is not."""
     labels: dict[str, dict[str, Spans]] = json.loads(LABELS.read_text(encoding="utf-8"))
     captured = {clip.name for of in _SETS for clip in of.clips()}
     if missing := sorted(set(labels) - captured):
@@ -85,11 +84,6 @@ def rows(asked: Configuration) -> Iterator[Row]:
     for poses, how in (("captured", Configuration(lifter="", up_told=True)), *lifted):
         for one in finished(how, _SETS, lambda clip: clip.name in labels):
             for movement, labelled in labels[one.truth.clip].items():
-                spans = [] if one.take is None else found_in(one.take, movement)
-                series = judge(labelled, spans)
+                series = judge(labelled, [] if one.take is None else found_in(one.take, movement))
                 yield ("judged", poses, movement.split(".")[0]), series
                 yield ("judged", poses, "all"), series
-                if not series.right:
-                    camera = f" before camera {how.seed}" if how.lifter else ""
-                    key = f"{poses}{camera}, {one.truth.clip}, {movement}"
-                    yield ("wrong", key), f"{len(labelled)}, {len(spans)}"

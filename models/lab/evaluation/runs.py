@@ -34,7 +34,6 @@ from ...gravity.view import camera_of, known_camera
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..synthetic.bodies import BodyRange
 from .judge import BINS, Stated
-from .real_data import real_takes
 from .testbed import (
     BEDS,
     MIN_FRAMES,
@@ -44,6 +43,7 @@ from .testbed import (
     arms_raised,
     laid_down,
     lifted_by,
+    real_takes,
     see,
     seen_from,
     simulated_look,
@@ -98,9 +98,9 @@ class Configuration:
     load_lifter, or "" for the captured joints themselves, measured. bed: the cameras; camera: whether they stand still
     or follow the person. rectifiers: those that are judged by themselves. image: an image tells up, as well as rendered
     rooms do (testbed.simulated_look). up_told: the user tells it. fps: frames a second. focal_known: by the user; else
-    the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are
-    filmed. real: the name of a take before four real cameras (real_data.py), in place of virtual takes; then the image
-    is the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
+    the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are filmed.
+    real: the name of a take before four real cameras (testbed.real_takes), in place of virtual takes; then the image is
+    the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
     detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). arms_raised: as
     testbed.arms_raised has the bodies. bodies: with other proportions, for training. laid: of so large a share of the
     clips only, whose bodies lie (testbed.laid_down)."""
@@ -273,7 +273,7 @@ def lifted(asked: Configuration, of: EvaluationSet) -> Iterator[LiftedTake]:
 def unsuspected(truth: SeenTake, times: float) -> SeenTake:
     """The take as seen by a detector whose errors are up to so many times as large in unusual postures and fast motion,
     with the same scores: MoveNet's of a man who balances before four cameras are 1.9 to 4.7 % of his box, those of the
-    test bed 1.9 (real_data.py, docs/research.md)."""
+    test bed 1.9 (docs/research.md)."""
     if times == 1:
         return truth
     at, seen = truth.joints_camera, truth.keypoints

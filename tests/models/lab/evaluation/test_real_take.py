@@ -7,15 +7,14 @@ import pytest
 
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
-from pcnet3d.models.lab.evaluation import real_data, runs
+from pcnet3d.models.lab.evaluation import runs, testbed
 from pcnet3d.models.lab.evaluation.evaluate import tabled
-from pcnet3d.models.lab.evaluation.real_data import LIMBS, read_seen
 from pcnet3d.models.lab.evaluation.real_take import row, rows, summary
 from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.evaluation.statements import statements
 from pcnet3d.pipeline import H36M17, PoseSequence, rotate
 from pcnet3d.pipeline.core.frames import IMAGE
-from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.layouts import COCO17, LIMBS
 from pcnet3d.pipeline.core.take import Video
 
 SIZE = (1920, 1080)
@@ -36,10 +35,10 @@ def walk(monkeypatch, tmp_path):
     time_s, rows = np.arange(len(limbs)) / clip.fps, np.arange(len(limbs))
     keypoints = PoseSequence(joints, COCO17, IMAGE, np.ones(joints.shape[:2]), time_s, rows)
     video = Video(Path("cam.mp4"), *SIZE, time_s, "h264")
-    monkeypatch.setattr(real_data, "data_folder", lambda: tmp_path)
-    monkeypatch.setattr(real_data, "read_cameras", lambda folder: {"cam": camera})
-    monkeypatch.setattr(real_data, "read_limbs", lambda folder: None if "static" in folder.name else limbs)
-    monkeypatch.setattr(real_data, "read_seen", lambda path: (video, keypoints))
+    monkeypatch.setattr(testbed, "data_folder", lambda: tmp_path)
+    monkeypatch.setattr(testbed, "read_cameras", lambda folder: {"cam": camera})
+    monkeypatch.setattr(testbed, "read_limbs", lambda folder: None if "static" in folder.name else limbs)
+    monkeypatch.setattr(testbed, "read_seen", lambda path: (video, keypoints))
     monkeypatch.setattr(runs, "camera_of", lambda *_: known_camera(SIZE, 1500.0, None))
 
 
@@ -80,9 +79,9 @@ def test_the_detector_looks_as_often_as_in_a_run(monkeypatch, tmp_path):
         asked.update(options)
         raise NotImplementedError
 
-    monkeypatch.setattr(real_data, "load_detector", load)
-    monkeypatch.setattr(real_data, "data_folder", lambda: tmp_path)
-    monkeypatch.setattr(real_data, "read_video", lambda path: None)
+    monkeypatch.setattr(testbed, "load_detector", load)
+    monkeypatch.setattr(testbed, "data_folder", lambda: tmp_path)
+    monkeypatch.setattr(testbed, "read_video", lambda path: None)
     with pytest.raises(NotImplementedError):
-        read_seen(tmp_path)
+        testbed.read_seen(tmp_path)
     assert asked == {"looks": None}
