@@ -33,10 +33,6 @@ class Figure:
             return cls(np.nan, np.nan, np.nan)
         return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
 
-    def __format__(self, digits: str) -> str:
-        """p50 / mean / p95, each with the given format."""
-        return " / ".join(format(value, digits) for value in (self.p50, self.mean, self.p95))
-
 
 def person_size(joints: np.ndarray) -> float:
     """Root mean square distance of joints (T, 17, 3) from the pelvis, which does not count itself, in their unit; NaN

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from datetime import date
 from importlib import import_module
 from inspect import getdoc
@@ -155,34 +155,21 @@ def written(results: Mapping[str, Any], title: str, about: str) -> str:
     said = {name: value for name, value in results.items() if not isinstance(value, Mapping | list)}
     parts = [f"# {title}", ", ".join(f"{name} {_cell(value)}" for name, value in said.items()), about]
     for name, of in results.items():
-        if isinstance(of, Mapping) and name != "device":
-            parts += list(_tables(name, of))
+        tables: dict[tuple[int, tuple[str, ...]], list[list[str]]] = {}
+        for keys, figures in rows_of(of) if isinstance(of, Mapping) and name != "device" else ():
+            line = [*keys, *map(_cell, figures.values())]
+            tables.setdefault((len(keys), tuple(figures)), []).append(line)
+        for (deep, columns), lines in tables.items():
+            head = [name, *[""] * (deep - 1), *columns] if deep else list(columns)
+            parts.append("\n".join(f"| {' | '.join(line)} |" for line in [head, ["---"] * len(head), *lines]))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _tables(name: str, of: Mapping[str, Any]) -> Iterator[str]:
-    tables: dict[tuple[int, tuple[str, ...]], list[Row]] = {}
-    for keys, figures in rows_of(of):
-        tables.setdefault((len(keys), tuple(figures)), []).append((keys, figures))
-    for (deep, columns), rows in tables.items():
-        head = [name, *[""] * (deep - 1), *columns] if deep else list(columns)
-        lines = [[*keys, *map(_cell, figures.values())] for keys, figures in rows]
-        yield "\n".join(f"| {' | '.join(line)} |" for line in [head, ["---"] * len(head), *lines])
-
-
 def rows_of(of: Mapping[str, Any], keys: tuple[str, ...] = ()) -> Iterator[Row]:
-    """(keys, figures) of every place in which figures stand. A mapping of figures alone stands among those beside it:
-    `counts frames`."""
-    figures: dict[str, Any] = {}
-    further = {}
-    for key, value in of.items():
-        if not isinstance(value, Mapping):
-            figures[key] = value
-        elif "said" in value:
-            figures[key] = value["said"]
-        else:
-            further[key] = value
-    if figures:
+    """(keys, figures) of every place in which figures stand; of `pooled` ones what they say in words."""
+    said = {key: value.get("said") if isinstance(value, Mapping) else value for key, value in of.items()}
+    further = {key: value for key, value in of.items() if isinstance(value, Mapping) and "said" not in value}
+    if figures := {key: value for key, value in said.items() if key not in further}:
         yield keys, figures
     for key, value in further.items():
         yield from rows_of(value, (*keys, str(key)))
@@ -192,7 +179,7 @@ def _cell(value: Any) -> str:
     if value is None or value != value:  # NaN
         return ""
     if isinstance(value, Figure):
-        return format(value, ".3g")
+        return " / ".join(f"{each:.3g}" for each in astuple(value))
     if isinstance(value, list | tuple):
         return ", ".join(map(_cell, value))
     return (

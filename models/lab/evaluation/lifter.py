@@ -24,9 +24,6 @@ from ..mocap.clips import subject_of
 from .runs import Configuration, lifted
 from .testbed import BEDS, LiftedTake, SeenTake
 
-_POSTURES = ("upright", "lying")
-CLASSES = ("walking", "squatting", "sitting")
-_ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical")
 _HALF_S = 0.25
 _WALK, _RUN = 0.5, 2.0  # m/s of the pelvis; people change from walking to running at about 2
 _LOW = 0.75  # of the leg's length; knees bent by about 80 degrees
@@ -44,17 +41,16 @@ def rows(asked: Configuration) -> Iterator[Row]:
             takes = [
                 (groups_of(take.seen), lift_errors(take)) for take in lifted(replace(asked, bed=bed), people)
             ]
-            for group in (*_POSTURES, *CLASSES):
+            for group in takes[0][0]:
                 place = ("beds", bed, "focal assumed", f"{people.label} {group}", "lifter")
                 yield from ((place, of.where(groups[group])) for groups, of in takes if groups[group].any())
 
 
 def groups_of(seen: SeenTake) -> dict[str, np.ndarray]:
     """{group: (T,) bool}: "upright" or "lying", or upright and of a motion (`motion_classes`)."""
-    moving = motion_classes(seen.world, seen.keypoints.fps)
-    return {
-        "lying": seen.lying, "upright": ~seen.lying, **{name: ~seen.lying & of for name, of in moving.items()}
-    }  # fmt: skip
+    of_motion = motion_classes(seen.world, seen.keypoints.fps)
+    upright = {name: ~seen.lying & frames for name, frames in of_motion.items()}
+    return {"upright": ~seen.lying, "lying": seen.lying, **upright}
 
 
 def lift_errors(take: LiftedTake) -> OfTake:

@@ -40,9 +40,6 @@ class Take:
         return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.person)
 
 
-ERRORS = ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "frobenius", "expected")
-
-
 def judge(rectifier: Rectifier, takes: Iterable[Take]) -> list[OfTake]:
     """Run a rectifier take by take."""
     judged = []
@@ -53,7 +50,7 @@ def judge(rectifier: Rectifier, takes: Iterable[Take]) -> list[OfTake]:
 
 
 def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> OfTake:
-    """One take's answers against the truth, ERRORS of every frame, NaN where there is no answer: R_camera_from_body
+    """One take's answers against the truth, the errors of every frame, NaN where there is no answer: R_camera_from_body
     (T, 3, 3), error_deg (T,) and the pose in BODY (T, 17, 3), which is R^T x unless something corrected it.
 
     rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought

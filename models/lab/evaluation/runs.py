@@ -227,22 +227,16 @@ def finished(
 ) -> Iterator[Finished]:
     """Every take of these people, or of the sets given, after a run; only: which of them. InputError where the data is
     not, and for a lifter that cannot be opened."""
-    pipeline = recipe_of(asked).build()
-    for label, truth, video in _filmed(asked, asked.sets if sets is None else sets, only):
+    pipeline, filmed = recipe_of(asked).build(), real_takes(asked.real) if asked.real else None
+    if filmed is None:
+        sets = asked.sets if sets is None else sets
+        filmed = ((of.label, truth, None) for of in sets for truth in seen_takes(asked, of, only))
+    for label, truth, video in filmed:
         try:
             take = pipeline(given(truth, asked, video))
         except InputError:
             take = None
         yield Finished(take, truth, label, asked)
-
-
-def _filmed(
-    asked: Configuration, sets: Sequence[EvaluationSet], only: Callable[[Clip], bool]
-) -> Iterator[tuple[str, SeenTake, Video | None]]:
-    if asked.real:
-        yield from (("real take", truth, video) for video, truth in real_takes(asked.real))
-    else:
-        yield from ((of.label, truth, None) for of in sets for truth in seen_takes(asked, of, only))
 
 
 def seen_takes(

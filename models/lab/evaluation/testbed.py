@@ -230,10 +230,10 @@ def _rng(clip: Clip, *seeds: int) -> np.random.Generator:
     return np.random.default_rng([*seeds, zlib.crc32(clip.name.encode())])
 
 
-def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
-    """What each camera of a real take, BALANCING or STANDING, filmed. The truth has the limbs alone, pelvis and thorax
-    between them; other joints are NaN, and all of a take of which only up is known. InputError where the data is
-    not."""
+def real_takes(name: str) -> Iterator[tuple[str, SeenTake, Video]]:
+    """("real take", what is true, the video) of each camera of a real take, BALANCING or STANDING. The truth has the
+    limbs alone, pelvis and thorax between them; other joints are NaN, and all of a take of which only up is known.
+    InputError where the data is not."""
     folder = data_folder() / "real" / name
     cameras, limbs = read_cameras(folder), read_limbs(folder)
     for camera, said in each(cameras.items(), "cameras", len(cameras)):
@@ -258,7 +258,7 @@ def real_takes(name: str) -> Iterator[tuple[Video, SeenTake]]:
             clip=camera,
             subject="real take",
         )
-        yield video, truth
+        yield "real take", truth, video
 
 
 def read_cameras(folder: Path) -> dict[str, dict[str, np.ndarray]]:

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 
-from ....pipeline.core.errors import needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.rotations import rotate, transpose
@@ -101,9 +101,6 @@ def in_body(level: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray, seed: int = 0) -> ContactNet:
     """The network that says best which of the frames are contacts. features (N, F), contact (N,) 0 or 1, weight (N,) in
     the cross-entropy."""
-    with needed_for("Training"):
-        import torch
-
     torch.manual_seed(seed)
     centre, scale = features.mean(axis=0), features.std(axis=0) + 1e-6
     x = torch.tensor((features - centre) / scale, dtype=torch.float32)

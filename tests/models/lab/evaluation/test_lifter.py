@@ -5,7 +5,7 @@ import pytest
 
 from golden.virtual import exact, walked
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.evaluation.lifter import CLASSES, groups_of, lift_errors, motion_classes, summary
+from pcnet3d.models.lab.evaluation.lifter import groups_of, lift_errors, motion_classes, summary
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake
 from pcnet3d.models.lifter.features import body_rays
 from pcnet3d.pipeline import H36M17
@@ -22,16 +22,8 @@ def standing(standing):
 def of(joints, fps=FPS):
     """The classes that all frames belong to; every other has none."""
     classes = motion_classes(joints, fps)
-    assert tuple(classes) == CLASSES
     assert all(mask.shape == (len(joints),) and mask.all() == mask.any() for mask in classes.values())
     return {name for name, mask in classes.items() if mask.all()}
-
-
-@pytest.mark.parametrize(("speed", "name"), [(0.35, set()), (1.2, {"walking"}), (2.1, set())])
-def test_speed_over_the_floor(standing, speed, name):
-    for fps in (30.0, 120.0):
-        moving = standing + np.arange(60)[:, None, None] / fps * np.array([speed, 0, 0])
-        assert of(moving, fps) == name
 
 
 def low_with_feet(standing, ahead_m):

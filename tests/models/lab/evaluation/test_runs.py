@@ -9,7 +9,7 @@ import pytest
 from golden.virtual import walked
 from pcnet3d.models.angle_error.joint_noise import read_noise
 from pcnet3d.models.lab.evaluation import errors as report
-from pcnet3d.models.lab.evaluation import runs, testbed
+from pcnet3d.models.lab.evaluation import runs
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.evaluation.runs import Configuration, at_rate, finished
 from pcnet3d.models.lifter.load import load_lifter
@@ -55,13 +55,6 @@ def test_another_rate_goes_through_the_captured_joints(clip):
     assert len(twice) == 2 * len(clip) - 1
     np.testing.assert_allclose(twice.joints[::2], clip.joints, atol=1e-5)
     assert at_rate(clip, clip.fps) is clip
-
-
-def test_a_function_of_somebody_is_a_lifter_of_the_test_bed(clip):
-    """As any lifter of a name or a file."""
-    truth = testbed.see(clip, 0)
-    poses = testbed.lifted_by(lambda keypoints, size, fps: 0.7 * truth.truth, truth)
-    np.testing.assert_allclose(poses.joints, 0.7 * truth.truth, atol=1e-6)
 
 
 def test_errors_are_fitted_to_takes_and_judged_with_the_file(clip, tmp_path, monkeypatch):
