@@ -20,7 +20,7 @@ SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine i
 
 @dataclass(frozen=True)
 class Measure:
-    """One figure; KeyError for a name that is not in the catalogue.
+    """One figure.
 
     value: unrounded, as in files; pages show it `with_bar`. error: one standard deviation, None if it is not known.
     number: number of its repetition, from 0; None for a figure of the whole take. within_error: for a difference of the
@@ -37,9 +37,6 @@ class Measure:
     within_error: bool | None = None
     at_least: bool = False
     group: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        _known(self.name)
 
     @property
     def about(self) -> Figure:
@@ -76,30 +73,23 @@ class Measure:
 
 @dataclass(frozen=True)
 class Remark:
-    """A text about a group: `gait`, `counted`, and others; or of `withheld` a code. KeyError for another name."""
+    """A text about a group: `gait`, `counted`, and others; or of `withheld` a code."""
 
     name: str
     text: str
     side: Side = ""
     group: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        if self.name != "withheld" and (figure := self.name.removesuffix("_withheld")) not in TOGETHER:
-            _known(figure)
-
 
 @dataclass(frozen=True)
 class Moments:
     """Seconds of the take's clock at which something happens. `start`, `stop` and `peak_at` in a group are
-    those of the repetitions that its numbered figures are of. KeyError for a name that is not in the catalogue."""
+    those of the repetitions that its numbered figures are of."""
 
     name: str
     at_s: tuple[float, ...]
     side: Side = ""
     group: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        _known(self.name)
 
     @property
     def key(self) -> str:
@@ -126,21 +116,21 @@ class Curve:
 
 
 Row = Measure | Remark | Moments | Curve
+_NAMES = {*FIGURES, Curve.name, "withheld", *(f"{name}_withheld" for name in (*FIGURES, *TOGETHER))}
 
 
 @dataclass(frozen=True)
 class Measures:
     """The rows of a take, in the order of files, or those of one of its groups; it iterates them. path: the group's
-    names, the outermost first; empty of a take. KeyError for rows of a group that is not in the catalogue."""
+    names, the outermost first; empty of a take. KeyError for rows whose name or group is not in the catalogue."""
 
     rows: tuple[Row, ...] = ()
     path: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if unknown := {row.group[0] for row in self.rows if row.group} - GROUPS.keys():
-            raise KeyError(
-                f"{', '.join(sorted(unknown))}: no groups of the catalogue of figures (figures.py)"
-            )
+        groups = {row.group[0] for row in self.rows if row.group}
+        if unknown := ({row.name for row in self.rows} - _NAMES) | (groups - GROUPS.keys()):
+            raise KeyError(f"{', '.join(sorted(unknown))}: not in the catalogue of figures (figures.py)")
 
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)
@@ -262,8 +252,12 @@ def within(group: str, rows: Iterable[Row], side: Side = "") -> list[Row]:
 def nested(rows: Iterable[Row]) -> dict[str, Any]:
     """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
     numbered figures are lists, None for a repetition that has none."""
+    rows = tuple(rows)
+    numbered: dict[tuple[tuple[str, ...], str], list[Measure]] = {}
+    for row in rows:
+        if isinstance(row, Measure) and row.number is not None:
+            numbered.setdefault((row.group, row.name), []).append(row)
     result: dict[str, Any] = {}
-    lists: dict[tuple[tuple[str, ...], str], tuple[dict[str, Any], list[Measure]]] = {}
     for row in rows:
         place = result
         for name in row.group:
@@ -277,13 +271,8 @@ def nested(rows: Iterable[Row]) -> dict[str, Any]:
         elif row.number is None:
             stated = {} if row.error is None else {row.about.error_key: row.error}
             place |= {row.key: row.value, **stated, **row.judged}
-        elif (row.group, row.name) in lists:
-            lists[row.group, row.name][1].append(row)
-        else:
-            lists[row.group, row.name] = place, [row]
-            place |= _listed([row])  # the order of keys is that of the rows
-    for place, repeated in lists.values():
-        place |= _listed(repeated)
+        elif row.key not in place:
+            place |= _listed(numbered[row.group, row.name])
     return result
 
 
@@ -293,8 +282,3 @@ def _listed(rows: Sequence[Measure]) -> dict[str, Any]:
     every = [by.get(number) for number in range(max(number or 0 for number in by) + 1)]
     stated = {} if rows[0].error is None else {about.error_key: [row and row.error for row in every]}
     return {about.key: [row and row.value for row in every], **stated}
-
-
-def _known(name: str) -> None:
-    if name not in FIGURES:
-        raise KeyError(f"{name} is not in the catalogue of figures (figures.py)")

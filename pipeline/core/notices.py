@@ -111,11 +111,7 @@ def own_notice(
 
 def without_doubles(notices: Iterable[Notice]) -> tuple[Notice, ...]:
     """Each of them once, in their order: doubles have the same code, rows and values."""
-    kept: list[Notice] = []
-    for each in notices:
-        if each not in kept:
-            kept.append(each)
-    return tuple(kept)
+    return tuple(dict.fromkeys(notices))
 
 
 def verdict(findings: Iterable[Notice]) -> str:
@@ -129,25 +125,18 @@ def grave(findings: Iterable[Notice]) -> tuple[Notice, ...]:
     return tuple(finding for finding in findings if finding.weight in ("suspicious", "unusable"))
 
 
+class _Name(str):
+    """A value's name, whatever the value's format."""
+
+    def __format__(self, format_spec: str) -> str:
+        return str(self)
+
+
 def listed() -> list[dict[str, str]]:
     """Rows of `pcnet3d list notices`, each with three texts; a value is its name between asterisks."""
-    return [
-        {"code": code, "weight": entry.weight, "what it says": _shown(entry.template)}
-        for code, entry in CATALOGUE.items()
-    ]
-
-
-def _shown(template: str) -> str:
-    """A template for readers: each value as its name in italics."""
-    parts = [
-        f"{text}{'' if name is None else _value(name, spec or '')}"
-        for text, name, spec, _ in Formatter().parse(template)
-    ]
-    return "".join(parts)
-
-
-def _value(name: str, spec: str) -> str:
-    forms = spec[1:].partition("/")
-    if spec.startswith("?"):
-        return forms[2]
-    return f"*{name}* {forms[2] or forms[0] + 's'}" if spec.startswith("~") else f"*{name}*"
+    rows = []
+    for code, entry in CATALOGUE.items():
+        names = {name: _Name(f"*{name}*") for _, name, _, _ in _SENTENCES.parse(entry.template) if name}
+        text = _SENTENCES.vformat(entry.template, (), names)
+        rows.append({"code": code, "weight": entry.weight, "what it says": text})
+    return rows
