@@ -142,22 +142,11 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
         raise InputError(
             "needs-input", f"No fixed map leads from {source} to {to}; give the rotation between them."
         )
-
-    if source.unit == to.unit:
-        factor = 1.0
-    elif source.metric and to.metric:
-        factor = METRES[source.unit] / METRES[to.unit]
-    else:
-        raise InputError(
-            "wrong-axes",
-            f"Points in {source} cannot become {to}: the scale between their units is not known.",
-        )
-
-    if source.origin != to.origin and to.origin != "pelvis":
-        raise InputError(
-            "wrong-axes",
-            f"Points in {source} cannot become {to}: the offset between their origins is not known.",
-        )
+    lengths = source.unit == to.unit or (source.metric and to.metric)
+    if not lengths or to.origin not in (source.origin, "pelvis"):
+        lacks = "offset between their origins" if lengths else "scale between their units"
+        raise InputError("wrong-axes", f"Points in {source} cannot become {to}: the {lacks} is not known.")
+    factor = 1.0 if source.unit == to.unit else METRES[source.unit] / METRES[to.unit]
     if source.origin != to.origin:
         path, pelvis = _place(poses), poses.joint("pelvis").astype(np.float64)[:, None]
         poses = poses.with_(joints=poses.joints - pelvis, covariance=poses.covariance, path=path)

@@ -44,15 +44,11 @@ class RootPath:
         return replace(self, points=rotate(A, self.points), covariance=moved_covariance(self.covariance, A))
 
     def owned(self, rows: int, dims: int) -> RootPath:
-        """Of arrays that nobody else can change. InputError where they are not of so many rows and coordinates."""
-        arrays: dict[str, Any] = {"points": owned(self.points, np.float64)}
-        if self.covariance is not None:
-            arrays["covariance"] = owned(self.covariance, np.float64)
-        check_shape("path", arrays["points"], (rows, dims), finite=True)
-        check_shape("the path's covariance", arrays.get("covariance"), (rows, dims, dims))
-        for array in arrays.values():
-            array.setflags(write=False)
-        return replace(self, **arrays)
+        """Of arrays that nobody can change. InputError where they are not of so many rows and coordinates."""
+        path = self.each(lambda values: owned(values, np.float64))
+        check_shape("path", path.points, (rows, dims), finite=True)
+        check_shape("the path's covariance", path.covariance, (rows, dims, dims))
+        return path
 
 
 def moved_covariance(covariance: np.ndarray | None, A: np.ndarray) -> np.ndarray | None:
@@ -66,12 +62,12 @@ def moved_covariance(covariance: np.ndarray | None, A: np.ndarray) -> np.ndarray
 
 
 def owned(values: Any, dtype: type) -> np.ndarray:
-    """The values (T, ...) as an array that nobody else can change: itself if it is so already, else a copy."""
+    """The values (T, ...) as an array that nobody can change: itself if it is so already, else a copy."""
     array = np.asarray(values, dtype=dtype)
-    shared = array is values or array.base is not None
-    if not shared or (array.base is None and not array.flags.writeable):
-        return array
-    return array.copy()
+    if array.base is not None or (array is values and array.flags.writeable):
+        array = array.copy()
+    array.setflags(write=False)
+    return array
 
 
 def check_shape(name: str, array: np.ndarray | None, shape: tuple[int, ...], finite: bool = False) -> None:

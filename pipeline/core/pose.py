@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -160,7 +159,9 @@ class PoseSequence:
                 "Expected confidences between 0 and 1 or NaN; map the source's scores into that range.",
             )
         for name in ("frame_index", "time_s"):
-            _check_increase(name, arrays.get(name))
+            values = arrays.get(name, np.zeros(1))
+            if not (np.isfinite(values).all() and (values[1:] > values[:-1]).all()):
+                raise InputError("times-broken", f"Expected {name} to increase from row to row; it does not.")
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError("wrong-content", f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         object.__setattr__(self, "seams", tuple(int(seam) for seam in self.seams))
@@ -264,12 +265,8 @@ class PoseSequence:
         if self.layout == H36M17 or not self.layout.is_body:
             return self
         of_joints = [name for name, field in PER_FRAME.items() if field.trailing.startswith("J")]
-        body = {
-            name: values[:, : len(H36M17)]
-            for name in of_joints
-            if (values := getattr(self, name)) is not None
-        }
-        return replace(self, layout=H36M17, **body)
+        fields = self._each(of_joints, lambda values: values[:, : len(H36M17)])
+        return replace(self, **{**fields, "layout": H36M17, "path": self.path})
 
     def with_(self, **changes: Any) -> PoseSequence:
         """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance unless it is
@@ -315,13 +312,6 @@ class PoseSequence:
     def saying(self, *notices: Notice) -> PoseSequence:
         """A copy with these notices added."""
         return replace(self, notices=(*self.notices, *notices))
-
-
-def _check_increase(name: str, values: np.ndarray | None) -> None:
-    if values is None:
-        return
-    if not (math.isfinite(values[0]) and math.isfinite(values[-1]) and (values[1:] > values[:-1]).all()):
-        raise InputError("times-broken", f"Expected {name} to increase from row to row; it does not.")
 
 
 TOLD_UP = ("gravity vector", "camera pitch and roll")  # sources of up that the user tells, by name
@@ -377,13 +367,12 @@ class Rectified:
         }
         for name, allowed in shapes.items():
             value = getattr(self, name)
-            array = np.full(allowed[0], np.nan) if value is None else np.array(value, dtype=np.float64)
+            array = owned(np.full(allowed[0], np.nan) if value is None else value, np.float64)
             if array.shape not in allowed:
                 raise InputError(
                     "wrong-content",
                     f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}.",
                 )
-            array.setflags(write=False)
             object.__setattr__(self, name, array)
 
     def __repr__(self) -> str:

@@ -116,7 +116,9 @@ class Told:
             if (value := getattr(self, name)) not in (getattr(Told, name), *get_args(allowed)):
                 expected = ", ".join(get_args(allowed))
                 raise InputError("bad-value", f"Expected {name} to be one of {expected}; got '{value}'.")
+        direction = None if self.gravity is None else float(np.linalg.norm(self.gravity))
         figures = (
+            (direction, 0, np.inf, "a gravity of any length, such as 0,1,0 (down in the image)"),
             (self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
             (self.stature_m, *STATURES_M, "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
             (min(self.image_size or (2,)), 1, np.inf, "sides of an image of 2 pixels or more (--set read.image_size)"),
@@ -126,14 +128,11 @@ class Told:
                 raise InputError(
                     "bad-value", f"Expected {what}, got {figure:g}; leave it out if it is not known."
                 )
-        if self.gravity is not None and angles:
+        if bool(angles) + (direction is not None) + self.moving > 1:
             raise InputError(
-                "option-conflict", "Expected the camera's gravity, or its pitch and roll, not both."
-            )
-        if self.gravity is not None and not 0 < np.linalg.norm(self.gravity) < np.inf:
-            raise InputError(
-                "bad-value",
-                f"Expected a direction for gravity, such as 0,1,0 (down in the image), got {self.gravity}.",
+                "option-conflict",
+                "Expected the camera's gravity, or its pitch and roll, or a moving camera, which has no single ones; "
+                "leave the others out.",
             )
         if not all(abs(angle) <= 180 for angle in angles):
             raise InputError("bad-value", f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
@@ -143,10 +142,6 @@ class Told:
                 "needs-input",
                 f"Expected the camera's pitch and roll together, got only the {alone}; a camera that looks neither "
                 "up nor down has a pitch of 0, a camera that shows the horizon level has a roll of 0.",
-            )
-        if self.moving and (angles or self.gravity is not None):
-            raise InputError(
-                "option-conflict", "A moving camera has no single pitch, roll or gravity; leave them out."
             )
 
     @property
