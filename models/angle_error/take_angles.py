@@ -27,7 +27,7 @@ from ...pipeline.signals.angles import (
     unwrapped,
 )
 from ...pipeline.signals.filters import CUTOFF_HZ, derivative, each_path, lowpass
-from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, has_foot_angles, toes_completed
+from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, has_foot_angles
 from ..common.spread import stated_spread
 from ..smoother import known_noise
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
@@ -95,7 +95,7 @@ def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, A
         rectified = errors.error_deg, errors.up_error_deg
         size = noise_size(of.filtered, *rectified, errors.noise, errors.stated)
         sd = angle_sd(body, of.R_source_from_body, *rectified, size, errors.noise)
-    visible, filtered = (is_finite(toes_completed(joints, of.layout)) for joints in (of.joints, of.filtered))
+    visible, filtered = (is_finite(joints) for joints in (of.joints, of.filtered))
     hidden = np.zeros(visible.shape, dtype=bool) if of.unseen is None else of.unseen & ~visible
     defined = ANGLES
     if has_foot_angles(of.layout):

@@ -111,8 +111,9 @@ def _limb(side: str, *parts: str) -> tuple[str, ...]:
 
 
 # Of one side, from the trunk outwards.
-LEG, ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
+LEG, ARM, _FOOT = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"), ("big_toe", "small_toe", "heel")
 _R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *LEG), _limb("l", *LEG), _limb("r", *ARM), _limb("l", *ARM)
+_BOTH_FEET = (*_limb("l", *_FOOT), *_limb("r", *_FOOT))
 TRUNK_CORNERS = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
 LIMBS = (*_R_LEG, *_R_ARM, *_L_LEG, *_L_ARM)
 _TRUNK = ("spine", "thorax", "nose", "head")
@@ -130,18 +131,7 @@ COCO17 = Layout("COCO17", _COCO)
 COCO18 = Layout("COCO18", (*_COCO, "neck"))  # of trt_pose and others
 HALPE26 = Layout(
     "HALPE26",
-    (
-        *_COCO,
-        "head_top",
-        "neck",
-        "pelvis",
-        "l_big_toe",
-        "r_big_toe",
-        "l_small_toe",
-        "r_small_toe",
-        "l_heel",
-        "r_heel",
-    ),
+    (*_COCO, "head_top", "neck", "pelvis", *(f"{side}_{part}" for part in _FOOT for side in "lr")),
 )
 OPENPOSE18 = Layout(
     "OPENPOSE18", ("nose", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear")
@@ -149,14 +139,10 @@ OPENPOSE18 = Layout(
 BODY_25 = Layout(
     "BODY_25",
     ("nose", "neck", *_R_ARM, *_L_ARM, "pelvis", *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear",
-     "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
+     *_BOTH_FEET),
 )  # fmt: skip
 # Its upper neck is where the skull begins, well above the shoulders: no thorax.
-BODY_25B = Layout(
-    "BODY_25B",
-    (*_COCO, "upper_neck", "head_top",
-     "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
-)  # fmt: skip
+BODY_25B = Layout("BODY_25B", (*_COCO, "upper_neck", "head_top", *_BOTH_FEET))
 BLAZEPOSE33 = Layout(
     "BLAZEPOSE33",
     ("nose", "l_eye_inner", "l_eye", "l_eye_outer", "r_eye_inner", "r_eye", "r_eye_outer", "l_ear", "r_ear",
@@ -165,9 +151,7 @@ BLAZEPOSE33 = Layout(
      "l_ankle", "r_ankle", "l_heel", "r_heel", "l_foot_index", "r_foot_index"),
 )  # fmt: skip
 # The body and the feet of COCO-WholeBody, the first 23 of its 133 points.
-COCO23 = Layout(
-    "COCO23", (*_COCO, "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel")
-)
+COCO23 = Layout("COCO23", (*_COCO, *_BOTH_FEET))
 MPI3DHP17 = Layout(
     "MPI3DHP17", ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre")
 )
@@ -182,7 +166,7 @@ _MHR_FINGER = ("tip", "first", "second", "third")
 # The first 70 of the 308 keypoints of Meta's Momentum Human Rig: SAM 3D Body, InstantHMR.
 MHR70 = Layout(
     "MHR70",
-    (*_COCO[:9], *_COCO[11:], "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel",
+    (*_COCO[:9], *_COCO[11:], *_BOTH_FEET,
      *_digits("r", *_MHR_FINGER), "r_wrist", *_digits("l", *_MHR_FINGER), "l_wrist",
      *(f"{side}_{part}" for part in ("olecranon", "cubital_fossa", "acromion") for side in "lr"), "neck"),
 )  # fmt: skip
@@ -225,7 +209,7 @@ IN_2D = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPO
 WHOLE_BODIES = {133: COCO23, 136: HALPE26, 94: HALPE26, 68: HALPE26, 135: BODY_25B, 137: BODY_25, 308: MHR70}
 
 # Heels and toes, which stand behind the joints of H36M17 where a source has them (body_in).
-FEET = Layout("FEET", tuple(f"{side}_{part}" for side in "rl" for part in ("big_toe", "small_toe", "heel")))
+FEET = Layout("FEET", (*_limb("r", *_FOOT), *_limb("l", *_FOOT)))
 _MAY_LACK = ("nose", "head", *FEET.joints)  # joints that a body may lack throughout
 
 

@@ -221,20 +221,14 @@ def half_bar(error: float) -> float:
     return float(f"{SD_90 * error:.2g}")
 
 
-def decimals(error: float) -> int:
-    """How many decimals a figure is shown with whose error is that, more than 0: to its first digit (JCGM 100:2008,
-    7.2.6)."""
-    return max(0, -math.floor(math.log10(error)))
-
-
 def with_bar(value: float, error: float | None) -> str:
-    """A figure wherever people read it: with the half width of its 90 % bar, both to the last digit of the figure.
-    Where its error is not known (None or NaN), in two digits, or whole as it was counted."""
+    """A figure wherever people read it: with the half width of its 90 % bar, both to the first digit of its error (JCGM
+    100:2008, 7.2.6). Where that is not known (None or NaN), in two digits, or whole as it was counted."""
     if error is None or math.isnan(error):
         return f"{value:g}" if float(value).is_integer() else f"{float(f'{value:.2g}'):g}"
     if error == 0:
         return f"{value:g} ± 0"
-    places = decimals(error)
+    places = max(0, -math.floor(math.log10(error)))
     return f"{value:z.{places}f} ± {SD_90 * error:.{places}f}"
 
 

@@ -52,13 +52,13 @@ def bound_in_words(bound: float) -> str:
 
 
 def set_verbose(verbose: bool) -> None:
-    """Whether this process also says `debug` lines, and all notices."""
+    """Whether this process also says what only somebody who looks for a fault wants to know, and all notices."""
     global _verbose
     _verbose = verbose
 
 
 def is_verbose() -> bool:
-    """Whether `debug` lines are said too."""
+    """Whether that is said too."""
     return _verbose
 
 
@@ -80,9 +80,3 @@ def say(kind: str, text: str) -> None:
     line = Table.grid()
     line.add_row(Text(f"{kind}: ", style), Text(text, style if kind == "warning" else ""))
     Console(stderr=True).print(line)
-
-
-def debug(kind: str, text: str) -> None:
-    """As `say`, of what only somebody who looks for a fault wants to know."""
-    if is_verbose():
-        say(kind, text)

@@ -52,7 +52,8 @@ class Person:
 
     def figures(self) -> dict[str, Any]:
         """Plain values; None where unknown. Spreads and shares are fractions."""
-        source, poses = self.source, self.poses
+        source, poses, sides = self.source, self.poses, self.chirality
+        evidence = {} if sides is None else {name: _known(value) for name, value in asdict(sides).items()}
         return {
             "person": source.person,
             "verdict": self.verdict,
@@ -69,7 +70,7 @@ class Person:
             "bone_spread": _known(bone_spread(poses)) if poses else None,
             "bone_spreads": spread_of_bones(poses) if poses else None,
             "stature_m": _known(implied_stature(poses.joints)) if poses and poses.frame.metric else None,
-            "left_and_right": _evidence(self.chirality),
+            "left_and_right": None if sides is None else {"verdict": sides.verdict, **evidence},
             "swaps": as_frames(source, self.swaps),
             "notices": [finding.as_dict() for finding in self.findings],
         }
@@ -153,16 +154,7 @@ def _up_findings(poses: PoseSequence, findings: list[Notice]) -> list[Notice]:
 
 
 def _known(value: float) -> float | None:
-    return None if np.isnan(value) else float(value)
-
-
-def _evidence(chirality: Chirality | None) -> dict[str, Any] | None:
-    if chirality is None:
-        return None
-    values: dict[str, Any] = {
-        key: _known(value) if isinstance(value, float) else value for key, value in asdict(chirality).items()
-    }
-    return {"verdict": chirality.verdict, **values}
+    return None if np.isnan(value) else value
 
 
 def _lines(person: Person) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from ..core.messages import debug
+from ..core.messages import is_verbose, say
 from ..files.atomic import check_replaceable
 from ..reading.settings import Force, Output, Resume, RunOptions, offering
 from .conclusion import conclude_people
@@ -23,8 +23,8 @@ def run(options: RunOptions, output: Output, resume: Resume = False, force: Forc
     chosen = planned(options)
     check_replaceable(output, force, inputs_of(options, chosen))
     names = ["read", *(entry.use for entry in chosen.stages)]
-    for entry in chosen.stages:
-        debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
+    for entry in chosen.stages if is_verbose() else ():
+        say(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
     kept = checkpoint_of(output) if chosen.has("detect") else None
     with telling_of_kept(kept, resume), stages(names) as done:
         runs = run_people(options, output, resume=resume, force=force, done=done)

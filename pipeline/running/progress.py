@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from ..core.errors import InputError
-from ..core.messages import debug, on_terminal, say
+from ..core.messages import is_verbose, on_terminal, say
 
 _SECONDS_A_LINE = 20.0
 Item = TypeVar("Item")
@@ -28,7 +28,8 @@ def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
     with counted("run", len(names)) as count:
 
         def done(stage: str, seconds: float) -> None:
-            debug(stage, f"{seconds:.2f} s")
+            if is_verbose():
+                say(stage, f"{seconds:.2f} s")
             count(1 + names.index(stage), f", {stage}")
 
         yield done

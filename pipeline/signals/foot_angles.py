@@ -17,7 +17,7 @@ import numpy as np
 
 from ..core.layouts import Layout
 from ..core.limits import limit
-from ..core.rotations import is_finite, unit
+from ..core.rotations import unit
 from .angles import ANGLES, defined, of_both
 
 _FACING = ("r_hip", "l_hip", "r_shoulder", "l_shoulder")
@@ -31,23 +31,13 @@ def has_foot_angles(layout: Layout) -> bool:
     return all(f"{side}_{point}" in layout for side in "rl" for point in ("heel", "big_toe"))
 
 
-def toes_completed(joints: np.ndarray, layout: Layout) -> np.ndarray:
-    """Joints (T, J, 3) with the big toe for a small toe that is never there."""
-    joints = np.array(joints, dtype=np.float64)
-    for side in ("r", "l"):
-        big, small = f"{side}_big_toe", f"{side}_small_toe"
-        if small in layout and not is_finite(joints[:, layout.index(small)]).any():
-            joints[:, layout.index(small)] = joints[:, layout.index(big)]
-    return joints
-
-
 def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
     """(T,) degrees by name of FOOT_ANGLES. body: (T, J, 3) in BODY. layout: one with `has_foot_angles`.
 
     NaN where a point is missing, and the progression of a foot that stands upright. Where only the ankles matter they
     may be in any axes.
     """
-    at = dict(zip(layout.joints, np.moveaxis(toes_completed(body, layout), -2, 0), strict=True))
+    at = dict(zip(layout.joints, np.moveaxis(body.astype(np.float64), -2, 0), strict=True))
     facing = np.isfinite(sum(at[joint] for joint in _FACING)).all(axis=-1)
     degrees, least = {}, np.sin(np.radians(limit("angles.foot-flat")))
     for side, out in (("r", 1.0), ("l", -1.0)):

@@ -70,19 +70,14 @@ def test_a_foot_that_stands_upright_points_nowhere(standing):
     assert measured["r_ankle_dorsiflexion"] == pytest.approx(-85, abs=0.1)
 
 
-def test_the_big_toe_stands_in_for_a_small_toe_that_is_never_there(standing):
+def test_the_big_toe_stands_in_where_the_source_gives_no_small_one(standing):
     body = np.repeat(standing, 4, axis=0)
-    small = BODY_AND_FEET.indices(["r_small_toe", "l_small_toe"])
-    never, sometimes = body.copy(), body.copy()
-    never[:, small], sometimes[:2, small] = np.nan, np.nan
     without = body_of(set(FEET.joints) - {"r_small_toe", "l_small_toe"})
     lacking = foot_angles(body[:, BODY_AND_FEET.indices(without.joints)], without)
-    for angles in (of_feet(never), lacking):
-        assert np.isfinite(angles["r_foot_progression"]).all()
+    assert np.isfinite(lacking["r_foot_progression"]).all()
     # A toe that comes and goes would otherwise turn the foot by some degrees.
-    np.testing.assert_array_equal(
-        np.isfinite(of_feet(sometimes)["r_foot_progression"]), [False, False, True, True]
-    )
+    body[:2, BODY_AND_FEET.index("r_small_toe")] = np.nan
+    np.testing.assert_array_equal(np.isfinite(of_feet(body)["r_foot_progression"]), [0, 0, 1, 1])
 
 
 def test_reasons_and_errors(standing):
