@@ -166,7 +166,7 @@ class Measures:
 
     def figure(self, name: str) -> Measure | None:
         """The figure of this group by that name, None where there is none."""
-        rows = [row for row in self._rows(name) if isinstance(row, Measure) and row.number is None]
+        rows = [row for row in self.own.get(name, ()) if isinstance(row, Measure) and row.number is None]
         return rows[0] if rows else None
 
     def value(self, name: str) -> float | None:
@@ -180,11 +180,13 @@ class Measures:
 
     def repetitions(self, name: str) -> tuple[Measure, ...]:
         """The figures of this group's repetitions by that name, in order."""
-        return tuple(row for row in self._rows(name) if isinstance(row, Measure) and row.number is not None)
+        return tuple(
+            row for row in self.own.get(name, ()) if isinstance(row, Measure) and row.number is not None
+        )
 
     def text(self, name: str) -> str:
         """The remark of this group by that name, "" where there is none."""
-        return next((row.text for row in self._rows(name) if isinstance(row, Remark)), "")
+        return next((row.text for row in self.own.get(name, ()) if isinstance(row, Remark)), "")
 
     def withheld(self, name: str = "") -> str:
         """The code of WITHHELD for which a figure of this group, or all of it, is not given; "" where it is."""
@@ -192,7 +194,7 @@ class Measures:
 
     def times(self, name: str) -> tuple[float, ...]:
         """Seconds by that name, none where there are none."""
-        return next((row.at_s for row in self._rows(name) if isinstance(row, Moments)), ())
+        return next((row.at_s for row in self.own.get(name, ()) if isinstance(row, Moments)), ())
 
     @property
     def spans(self) -> list[tuple[float, float]]:
@@ -203,10 +205,7 @@ class Measures:
     @property
     def curves(self) -> tuple[Curve, ...]:
         """Over the cycles of this group."""
-        return tuple(row for row in self._rows(Curve.name) if isinstance(row, Curve))
-
-    def _rows(self, name: str) -> tuple[Row, ...]:
-        return self.own.get(name, ())
+        return tuple(row for row in self.own.get(Curve.name, ()) if isinstance(row, Curve))
 
 
 def withheld(code: str, figure: str = "") -> Remark:

@@ -327,13 +327,9 @@ class Take:
 def in_single(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The columns (T,) with floats of 32 bits, which are off by 6e-8 of a value at most; codes stay as they are. A
     column that has the same in all rows, such as an error that nobody states, holds it once."""
-    return {
-        name: _once(values.astype(np.float32) if values.dtype == np.float64 else values)
-        for name, values in columns.items()
-    }
-
-
-def _once(values: np.ndarray) -> np.ndarray:
-    if np.array_equal(values[1:], values[:-1], equal_nan=True):
-        return np.broadcast_to(values[:1].copy(), values.shape)
-    return values
+    single = {}
+    for name, column in columns.items():
+        values = column.astype(np.float32) if column.dtype == np.float64 else column
+        alike = np.array_equal(values[1:], values[:-1], equal_nan=True)
+        single[name] = np.broadcast_to(values[:1].copy(), values.shape) if alike else values
+    return single

@@ -129,18 +129,18 @@ def inspect(
             except InputError as error:
                 findings.append(notice("refused", reason=str(error)))
             else:
-                findings += map(_as_refused, pose_findings(poses, source.frame.unit))
+                findings += [
+                    replace(each, weight="unusable")
+                    if each.code == "upside-down"
+                    else each  # a run refuses it
+                    for each in pose_findings(poses, source.frame.unit)
+                ]
                 findings += _up_findings(poses, findings)
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
         findings += swap_findings(looked_at, swaps)
         people.append(Person(source, poses, tuple(findings), swaps))
     return Inspection(path, read.adapter, tuple(people))
-
-
-def _as_refused(finding: Notice) -> Notice:
-    """The finding as grave as the refusal of a run."""
-    return replace(finding, weight="unusable") if finding.code == "upside-down" else finding
 
 
 def _up_findings(poses: PoseSequence, findings: list[Notice]) -> list[Notice]:

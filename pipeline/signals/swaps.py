@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -40,6 +40,7 @@ _WITH_END = {"ankle": ("big_toe", "small_toe", "heel", "foot_index"), "wrist": (
 _BESIDE = {"knee": "ankle", "ankle": "knee", "elbow": "wrist", "wrist": "elbow"}
 _LOOKED_AT = 1024  # rows whose states are compared at once
 _MOST_RANGES = 8  # named of one kind
+How = Literal["limbs", "alone", "on one"]
 
 
 @dataclass(frozen=True)
@@ -56,9 +57,6 @@ class Swap:
     last_row: int
     evidence: float
     certain: bool = True
-
-    def __len__(self) -> int:
-        return self.last_row - self.first_row + 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,33 +80,24 @@ class Kind:
         return turned
 
 
-def _kind(name: str, limb: str, parts: Iterable[str], layout: Layout, alone: bool = False) -> Kind:
-    """Of the pairs of these parts that the layout has, and of what goes with a limb's end."""
-    whole = [each for part in parts for each in (part, *_WITH_END.get(part, ()))]
-    pairs = [[layout.index(f"{side}_{part}") for side in "lr"] for part in whole if f"l_{part}" in layout]
-    price = limit("swaps.price-alone" if alone else "swaps.price")
-    return Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, price)
-
-
-def kinds(layout: Layout) -> tuple[Kind, ...]:
-    """Exchanged legs and exchanged arms."""
-    return tuple(_kind(f"{limb}s exchanged", limb, parts, layout) for limb, parts in _PARTS.items())
-
-
-def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
-    """Knees, ankles, elbows or wrists that are exchanged alone; heels and toes go with the ankles, fingers with the
-    wrists."""
-    return tuple(
-        _kind(f"{part}s exchanged", limb, [part], layout, alone=True)
-        for limb, parts in _PARTS.items()
-        for part in parts[1:]
-        if f"l_{part}" in layout
-    )
-
-
-def limbs_on_one(layout: Layout) -> tuple[Kind, ...]:
-    """Both legs, or arms, where one is: all their joints but hips and shoulders."""
-    return tuple(_kind(f"{limb}s both on one", limb, parts[1:], layout) for limb, parts in _PARTS.items())
+def kinds(layout: Layout, how: How = "limbs") -> tuple[Kind, ...]:
+    """The ways to be wrong, by pairs of joints that the layout has. how: "limbs", legs or arms exchanged; "alone",
+    knees, ankles, elbows or wrists exchanged alone; "on one", both legs, or arms, where one is, in all their joints but
+    hips and shoulders. Heels and toes go with the ankles, fingers with the wrists."""
+    ways, price = [], limit("swaps.price-alone") if how == "alone" else limit("swaps.price")
+    for limb, parts in _PARTS.items():
+        named = {
+            "limbs": {f"{limb}s exchanged": parts},
+            "alone": {f"{part}s exchanged": (part,) for part in parts[1:] if f"l_{part}" in layout},
+            "on one": {f"{limb}s both on one": parts[1:]},
+        }
+        for name, of_kind in named[how].items():
+            every = [
+                each for part in of_kind for each in (part, *_WITH_END.get(part, ())) if f"l_{each}" in layout
+            ]
+            pairs = [layout.indices((f"l_{each}", f"r_{each}")) for each in every]
+            ways.append(Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, price))
+    return tuple(ways)
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
@@ -180,7 +169,7 @@ def _limbs(clip: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> 
 
 def _alone(image: np.ndarray, times: np.ndarray, layout: Layout, size: float) -> list[Swap]:
     """Pairs of joints that are exchanged alone."""
-    ways, cues = pairs_alone(layout) if size else (), []
+    ways, cues = kinds(layout, "alone") if size else (), []
     for way in ways:
         beside = _BESIDE[way.name.removesuffix("s exchanged")]
         other = layout.indices([f"{side}_{beside}" for side in "lr"])
@@ -280,7 +269,7 @@ def _collapsed(image: np.ndarray, times: np.ndarray, layout: Layout, size: float
     """Where both legs, or arms, lie on one, in which case the other was not found. Limbs that are side by side, as of
     who stands or squats seen from the side, come there and part without a leap."""
     swaps: list[Swap] = []
-    for way in limbs_on_one(layout) if size else ():
+    for way in kinds(layout, "on one") if size else ():
         ends = image[:, way.pairs[:2]] / size
         apart = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
         together = (apart < limit("both-on-one.near")).all(axis=1)
@@ -381,14 +370,13 @@ def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     joints = poses.joints.copy()
     certain = [swap for swap in swaps if swap.certain]
     for swap in certain:
-        way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
-        joints[rows, way.pairs] = np.nan
+        joints[swap.first_row : swap.last_row + 1, ways[swap.kind].pairs] = np.nan
     return poses.with_(joints=joints).noted("swaps", masked=as_frames(poses, certain))
 
 
 def ways_of(layout: Layout) -> dict[str, Kind]:
     """The ways to be wrong by their names."""
-    return {way.name: way for way in (*kinds(layout), *pairs_alone(layout), *limbs_on_one(layout))}
+    return {way.name: way for how in get_args(How) for way in kinds(layout, how)}
 
 
 def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]]:
@@ -434,10 +422,8 @@ def notices_of(poses: PoseSequence, swaps: Sequence[Swap], what: str, how: Swaps
     certain, doubtful = ([swap for swap in swaps if swap.certain == sure] for sure in (True, False))
     notices = []
     if certain:
-        code, wrong = (
-            ("swaps-found" if how == "report" else "swaps-masked"),
-            int(wrong_rows(poses, swaps).sum()),
-        )
+        code = "swaps-found" if how == "report" else "swaps-masked"
+        wrong = int(wrong_rows(poses, swaps).sum())
         notices.append(notice(code, what=what, swaps=described(poses, certain), wrong=wrong, of=len(poses)))
     if doubtful:
         notices.append(notice("swaps-doubtful", what=what, doubt=described(poses, doubtful)))

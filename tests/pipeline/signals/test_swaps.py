@@ -59,6 +59,10 @@ def rows(swaps):
     return sorted((swap.kind, swap.first_row, swap.last_row) for swap in swaps)
 
 
+def rows_of(swap):
+    return swap.last_row - swap.first_row + 1
+
+
 def test_nothing_is_found_in_untouched_takes():
     assert find_swaps(POSES) == ()
     assert find_swaps(PIXELS) == ()
@@ -253,7 +257,7 @@ def test_a_pair_of_joints_that_is_exchanged_alone_is_found_to_the_row(part, leng
         assert abs(swap.first_row - first) + abs(swap.last_row - first - length + 1) <= 3
         missing = np.isnan(mask_swaps(take.with_(joints=joints), (replace(swap, certain=True),)).joints)
         assert missing[swap.first_row, pair].all()
-        assert missing.any(axis=-1).sum() == 2 * len(swap)
+        assert missing.any(axis=-1).sum() == 2 * rows_of(swap)
 
 
 def test_limbs_that_swing_fast_are_not_told():
@@ -277,13 +281,13 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     wrong = spoilt(end_on(), "legs exchanged", first=50, last=109)
     (found,) = find_swaps(wrong)
     assert not found.certain
-    assert len(found) <= 60  # the labeling with fewer frames
+    assert rows_of(found) <= 60  # the labeling with fewer frames
     for how in ("report", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         assert event.code == "swaps-doubtful"
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
         lifted = Take("take", poses=wrong).saying(*treated(wrong, None, how)[2])
-        assert in_doubt(lifted)["leg"].sum() == len(found)
+        assert in_doubt(lifted)["leg"].sum() == rows_of(found)
     assert [finding.weight for finding in swap_findings(wrong, (found,))] == ["note"]
 
 
@@ -321,7 +325,7 @@ def test_the_complement_of_an_exchange_is_never_found():
         wrong = spoilt(wrong, "legs exchanged", first=row, last=row)
     found = find_swaps(wrong)
     assert ("legs exchanged", 82, 82) in rows(found)
-    assert all(swap.first_row >= 57 and len(swap) <= 3 for swap in found)
+    assert all(swap.first_row >= 57 and rows_of(swap) <= 3 for swap in found)
 
 
 def on_one(poses: PoseSequence, limb: str, first: int, last: int) -> PoseSequence:
@@ -350,9 +354,9 @@ def test_limbs_that_both_lie_on_one_are_masked_and_withheld_as_exchanged_ones(li
         assert (found.kind, found.certain) == (f"{limb}s both on one", True)
         assert abs(found.first_row - middle + 3) + abs(found.last_row - middle - 4) <= 2
         missing = np.isnan(mask_swaps(wrong, (found,)).joints).all(axis=-1)
-        assert missing.sum() == 4 * len(found)
+        assert missing.sum() == 4 * rows_of(found)
         _, _, said, _ = treated(wrong, None, "report")
-        assert in_doubt(Take("take", poses=wrong).saying(*said))[limb].sum() == len(found)
+        assert in_doubt(Take("take", poses=wrong).saying(*said))[limb].sum() == rows_of(found)
 
 
 def test_legs_side_by_side_are_not_on_one():
