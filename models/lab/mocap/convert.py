@@ -22,6 +22,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import write_arrays
+from ....pipeline.files.atomic import refuse_unwritable
 from ....pipeline.files.bvh import read_motion
 from ....pipeline.files.markers import read_joints, z_up
 from ....pipeline.files.skeletons import LEG_M, UNITS, h36m17_named, leg_length, upright_share
@@ -48,7 +49,9 @@ def mocap(
 
     It lists the subjects: a split needs to know them.
     """
+    refuse_unwritable(output.parent)
     clips, notes = read_folder(folder)
+    output.parent.mkdir(parents=True, exist_ok=True)
     write_mocap(output, clips)
     for note in notes:
         say("note", note)
@@ -165,23 +168,17 @@ def resampled(clip: Clip) -> Clip:
 
 
 def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
-    """What read_mocap reads, of clips at FPS, rounded to 0.1 mm. InputError when nothing can be written
-    there."""
+    """What read_mocap reads, of clips at FPS, rounded to 0.1 mm."""
     world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
     root = world[:, H36M17.index("pelvis")]
-    try:
-        write_arrays(
-            path,
-            joints=(world - root[:, None]).round(4).astype(np.float32),
-            root=root.round(4).astype(np.float32),
-            clip_start=np.cumsum([0, *map(len, clips)]),
-            clip_name=np.array([clip.name for clip in clips]),
-            subject=np.array([clip.subject for clip in clips]),
-            source=np.array([clip.source for clip in clips]),
-            fps=np.array(FPS),
-            joint_names=np.array(H36M17.joints),
-        )
-    except OSError as error:
-        raise InputError(
-            "cannot-write", f"Cannot write {path}: {error.strerror}; choose another -o FILE."
-        ) from None
+    write_arrays(
+        path,
+        joints=(world - root[:, None]).round(4).astype(np.float32),
+        root=root.round(4).astype(np.float32),
+        clip_start=np.cumsum([0, *map(len, clips)]),
+        clip_name=np.array([clip.name for clip in clips]),
+        subject=np.array([clip.subject for clip in clips]),
+        source=np.array([clip.source for clip in clips]),
+        fps=np.array(FPS),
+        joint_names=np.array(H36M17.joints),
+    )

@@ -418,9 +418,8 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
     "velocity" (B, T, 17, 3), any B and T. Matrices are kept in half precision. properties: kept in the file's metadata;
     the run time needs `reach`."""
-    free = {0: torch.export.Dim("batch"), 1: torch.export.Dim("frames")}
-    inputs = {"features": torch.zeros(2, 90, CHANNELS)}
-    write_onnx(net, path, inputs, (free,), ("joints", "sd", "velocity"), properties, half=True)
+    inputs, outputs = {"features": torch.zeros(2, 90, CHANNELS)}, ("joints", "sd", "velocity")
+    write_onnx(net, path, inputs, ("batch", "frames"), outputs, properties, half=True)
 
 
 # Weights of the loss's parts beside the mean distance of joints in metres:

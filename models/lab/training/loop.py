@@ -74,7 +74,6 @@ class Training(BaseModel):
     """What every training is told."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    kind: str  # what `pcnet3d lab train` trains with the file
     seed: NonNegativeInt
     bf16: bool  # the inner layers compute in bfloat16
     schedule: Schedule
@@ -241,18 +240,19 @@ def write_onnx(
     net: nn.Module,
     path: Path,
     inputs: Mapping[str, Tensor],
-    free: Sequence[Any],
+    free: Sequence[str],
     outputs: Sequence[str],
     said: Mapping[str, object],
     half: bool = False,
 ) -> None:
-    """inputs: examples by name, in the order that the network takes them. free: for each input, {axis:
-    torch.export.Dim} of those that may have any size. outputs: names. said: kept in the file's metadata. half: matrices
-    are kept in half precision; the file computes with them in float32."""
+    """inputs: examples by name, in the order that the network takes them. free: names of their first axes, which may
+    have any size. outputs: names. said: kept in the file's metadata. half: matrices are kept in half precision; the
+    file computes with them in float32."""
     with needed_for("The network is trained; writing it as ONNX"):
         import onnx
         import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
 
+    axes = {axis: torch.export.Dim(name) for axis, name in enumerate(free)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of torch's exporter, about torch's own code
         program = torch.onnx.export(
@@ -260,7 +260,7 @@ def write_onnx(
             tuple(inputs.values()),
             input_names=list(inputs),
             output_names=list(outputs),
-            dynamic_shapes=tuple(free),
+            dynamic_shapes=tuple(axes for _ in inputs),
             dynamo=True,
             external_data=False,
             verbose=False,

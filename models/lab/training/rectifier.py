@@ -601,10 +601,9 @@ class Deployed(nn.Module):
 def export(deployed: Deployed, path: Path, **properties: object) -> None:
     """Write "joints" (B, 17, 3) and "valid" (B, 17) -> "R" (B, 3, 3) and "error_deg" (B,), any B. properties: kept in
     the file's metadata."""
-    free = {0: torch.export.Dim("batch")}
     inputs = {"joints": torch.randn(2, JOINTS, 3), "valid": torch.ones(2, JOINTS)}
     said = {"pcnet3d": "rectifier", **properties}
-    write_onnx(deployed, path, inputs, (free, free), ("R", "error_deg"), said)
+    write_onnx(deployed, path, inputs, ("batch",), ("R", "error_deg"), said)
 
 
 def start_with(net: PCNet, path: Path) -> None:

@@ -7,7 +7,7 @@ import commands
 from commands import pcnet3d, succeeded
 from golden.skeleton import MIXAMO, bent, bvh
 from pcnet3d.models.lab.mocap.clips import Clip, read_mocap
-from pcnet3d.models.lab.mocap.convert import read_folder, resampled, write_mocap
+from pcnet3d.models.lab.mocap.convert import read_folder, resampled
 from pcnet3d.pipeline import H36M17, InputError
 from refusals import refused
 
@@ -39,8 +39,8 @@ def test_from_the_command_line(folder, tmp_path):
 def test_what_cannot_be_is_one_sentence(folder, tmp_path):
     done = pcnet3d("lab", "mocap", tmp_path / "nowhere", "-o", tmp_path / "clips.npz")
     commands.refused(done, "found nothing")
-    with refused("cannot-write"):
-        write_mocap(tmp_path / "no" / "clips.npz", read_folder(folder)[0])
+    done = pcnet3d("lab", "mocap", folder, "-o", folder / "01" / "01_01.bvh" / "clips.npz")
+    commands.refused(done, "is a file")
 
 
 def test_subjects_by_file_or_folder_and_of_two_clips_of_one_name_one_is_kept(tmp_path):

@@ -48,7 +48,7 @@ def fit(folder, seed=0, look=score, killed_at=None, learns_from="", loss_of=None
             raise KeyboardInterrupt
         return squared_error(net, step) if loss_of is None else loss_of(net, step)
 
-    config = module.Training(kind="sum", seed=3, bf16=False, schedule=schedule(**changes))
+    config = module.Training(seed=3, bf16=False, schedule=schedule(**changes))
     module.fit(net, [net[0].weight], config, learns_from, loss, look, folder)
 
 
