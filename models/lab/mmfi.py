@@ -23,15 +23,12 @@ import torch
 from typer import Argument, Option
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.frames import Z_UP
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.arrays import load
-from ...pipeline.files.skeletons import leg_length, upright_share
+from ...pipeline.files.skeletons import leg_length
 from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
-from ...pipeline.signals.checks import chirality
 from ..rectifier.geometric import Geometric
 from . import training
 from .common.config import checked
@@ -39,6 +36,7 @@ from .common.metrics import OfTake
 from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .mocap.clips import Clip
+from .mocap.convert import require_sides
 from .synthetic.views import CAMERA_FROM_SOURCE
 from .training.rectifier import Deployed, TrainConfig, step_s, train
 
@@ -106,28 +104,17 @@ def read_tree(tree: Path) -> list[Clip]:
             )
         subject, action = path.parts[-3:-1]
         clips.append(Clip(f"{subject}_{action}", subject, "mmfi", FPS, world))
-    check(np.concatenate([clip.joints for clip in clips]))
-    return clips
-
-
-def check(joints: np.ndarray) -> None:
-    """InputError when joints (T, 17, 3) of all recordings contradict what is assumed of order and axes: left and right,
-    by which way knees and nose point, and people who stand and face the sensor."""
-    sides = chirality(PoseSequence(joints, H36M17, Z_UP))
-    if sides.verdict in ("wrong", "legs against arms"):
-        raise InputError(
-            "sides-swapped",
-            "Expected MM-Fi's joints in Human3.6M's order, right leg first, but left and right contradict that: "
-            f"{sides}.",
-        )
+    # What is assumed of the joints' order and axes.
+    joints = np.concatenate([clip.joints for clip in clips])
+    require_sides(joints)
     hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
-    stand, face = upright_share(joints), float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
-    if min(stand, face) < 0.5:
+    face = (hips[:, 1] < 0).mean()  # who faces -x has the left at -y
+    if face < 0.5:
         raise InputError(
             "wrong-axes",
-            "Expected people who stand and face MM-Fi's sensor, x right, y down, z away, but only "
-            f"{100 * min(stand, face):.0f} % of the frames do.",
+            f"Only in {100 * face:.0f} % of the frames is somebody upright who faces the sensor.",
         )
+    return clips
 
 
 def split_of(clips: Sequence[Clip], tested: Set[str]) -> dict[str, list[Clip]]:

@@ -16,7 +16,7 @@ from typing import Annotated
 import numpy as np
 from typer import Argument, Option
 
-from ....pipeline.core.errors import InputError, readable
+from ....pipeline.core.errors import InputError, naming, readable
 from ....pipeline.core.frames import Z_UP
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say
@@ -50,11 +50,9 @@ def mocap(
     It lists the subjects: a split needs to know them.
     """
     refuse_unwritable(output.parent)
-    clips, notes = read_folder(folder)
+    clips = read_folder(folder)
     output.parent.mkdir(parents=True, exist_ok=True)
     write_mocap(output, clips)
-    for note in notes:
-        say("note", note)
     frames, people = sum(map(len, clips)), Counter(clip.subject for clip in clips)
     print(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / FPS / 60:.1f} min")
     print(
@@ -62,31 +60,29 @@ def mocap(
     )
 
 
-def read_folder(
-    folder: Path, only: Callable[[Path], bool] = lambda file: True
-) -> tuple[list[Clip], list[str]]:
-    """The clips of a folder (or one file) at one frame rate, and a sentence for everything that was left out; .npz
+def read_folder(folder: Path, only: Callable[[Path], bool] = lambda file: True) -> list[Clip]:
+    """The clips of a folder (or one file) at one frame rate, everything that is left out said in a sentence; .npz
     files, which lie beside other data too, where there are no others. only: which of its files. InputError when
     nothing could be read, or most frames have the head no higher than the feet."""
     there = [folder] if folder.is_file() else sorted(folder.rglob("*"))
     files = [file for file in there if file.suffix.lower() in (".amc", ".bvh") and only(file)]
     files = files or [file for file in there if file.suffix.lower() == ".npz"]
-    notes: list[str] = []
+    reason = "found nothing there."
     clips: dict[str, Clip] = {}
     for file in each(files, "files", len(files)):
         try:
-            clip = _clip(file, folder if folder.is_dir() else folder.parent)
-            if clip.name in clips:
-                raise InputError("wrong-content", f"there is another clip named {clip.name}.")
+            with naming(str(file)):
+                clip = _clip(file, folder if folder.is_dir() else folder.parent)
+                if clip.name in clips:
+                    raise InputError("wrong-content", f"there is another clip named {clip.name}.")
+            clips[clip.name] = clip
         except InputError as error:
-            notes.append(f"left out {error}" if str(file) in str(error) else f"left out {file}: {error}")
-            continue
-        clips[clip.name] = clip
+            reason = f"left out {error}"
+            say("note", reason)
     if not clips:
         raise InputError(
             "format-unknown",
-            f"Expected motion capture in {folder}, .amc with .asf, .bvh, or .npz with joints; "
-            + (f"{notes[0]}" if notes else "found nothing there."),
+            f"Expected motion capture in {folder}, .amc with .asf, .bvh, or .npz with joints; {reason}",
         )
     share = upright_share(np.concatenate([clip.joints for clip in clips.values()]))
     if share < 0.5:
@@ -94,7 +90,7 @@ def read_folder(
             "wrong-axes",
             f"Only in {100 * share:.0f} % of the frames is the head above the feet; turn the recordings.",
         )
-    return list(clips.values()), notes
+    return list(clips.values())
 
 
 def _clip(path: Path, folder: Path) -> Clip:
@@ -146,6 +142,11 @@ def require_plausible(joints: np.ndarray) -> None:
             raise InputError(
                 "wrong-content", f"the bone from {start} to {end} changes its length by more than 15 %."
             )
+    require_sides(joints)
+
+
+def require_sides(joints: np.ndarray) -> None:
+    """InputError when left and right of joints (T, 17, 3), +Z up, contradict the way that knees bend, or each other."""
     sides = chirality(PoseSequence(joints, H36M17, Z_UP))
     # Not every verdict: where the nose is made from left and right, it agrees with them whatever they are.
     backward = sides.knee_votes >= _MIN_VOTES and sides.knees <= _BACKWARD

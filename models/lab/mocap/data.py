@@ -17,7 +17,7 @@ from typer import Option
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.messages import how_many, say
+from ....pipeline.core.messages import how_many
 from ....pipeline.files.atomic import refuse_unwritable, write_json
 from ....pipeline.files.digest import sha256
 from .clips import Clip, read_mocap, subject_of
@@ -162,9 +162,7 @@ def converted(source: Source, folder: Path) -> list[Clip]:
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
     all_files = source.file != "cmu_mocap"
-    clips, notes = read_folder(folder, only=lambda file: all_files or subject_of(file.stem) in people)
-    for note in notes:
-        say("note", note)
+    clips = read_folder(folder, only=lambda file: all_files or subject_of(file.stem) in people)
     clips = [source.made(clip) for clip in clips]
     kept = [clip for clip in clips if not people or subject_of(clip.name) in people]
     if not kept:

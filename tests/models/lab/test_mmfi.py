@@ -51,10 +51,10 @@ def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda j: j * [-1, 1, 1], "contradict"),  # a mirrored body
-        (lambda j: j[:, H36M17.mirror], "contradict"),  # left and right exchanged, coordinates right
-        (lambda j: j * [-1, 1, -1] + [0, 0, 6], "0 % of the frames do"),  # turned about the vertical
-        (lambda j: j * [-1, -1, 1], "0 % of the frames do"),  # a camera upside down
+        (lambda j: j * [-1, 1, 1], "exchanged"),  # a mirrored body
+        (lambda j: j[:, H36M17.mirror], "exchanged"),  # left and right exchanged, coordinates right
+        (lambda j: j * [-1, 1, -1] + [0, 0, 6], "Only in 0 %"),  # turned about the vertical
+        (lambda j: j * [-1, -1, 1], "Only in 0 %"),  # a camera upside down
         (lambda j: 1000 * j, "metres"),
         (lambda j: j[:, :16], "frames, 17, 3"),
         (lambda j: np.where(np.arange(17)[:, None] == 3, np.nan, j), "all joints"),

@@ -68,8 +68,7 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     (tmp_path / "07_01.amc").write_text(amc(frames))
     (tmp_path / "07_01.bvh").write_text(bvh(turned, fps=120))
     (one,), (other,) = (
-        read_folder(tmp_path, only=lambda file, kind=kind: file.suffix == kind)[0]
-        for kind in (".amc", ".bvh")
+        read_folder(tmp_path, only=lambda file, kind=kind: file.suffix == kind) for kind in (".amc", ".bvh")
     )
     assert (one.name, one.subject, one.source, len(one)) == ("07_01", "07", "asfamc", 5)
     np.testing.assert_allclose(one.joints, other.joints, atol=2e-5)
@@ -77,7 +76,7 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
 
 
 def test_the_subject_is_the_skeleton_and_a_motion_without_one_is_refused(acclaim):
-    (clip,), _ = read_folder(acclaim)
+    (clip,) = read_folder(acclaim)
     assert (clip.subject, clip.name) == ("HDM-tr", "HDM-tr_kick_1")
     (acclaim / "HDM_bd.asf").write_text("")
     (acclaim / "XY_1.amc").write_text((acclaim / "HDM_tr_kick_1.amc").read_text())
