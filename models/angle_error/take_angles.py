@@ -9,8 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
-from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
+from ...pipeline.core.frames import CAMERA, change_frame
 from ...pipeline.core.layouts import H36M17, Layout
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
@@ -141,13 +140,8 @@ def angle_series(
 ) -> tuple[dict[str, AngleSeries], np.ndarray, np.ndarray]:
     """`take_angles` of poses that are rectified, their times (T,), and the body's speed (T,) as posture.growth has it,
     0 where no errors are known. filtered: rectified's LEVEL through the low-pass; noise: of the lifter that made them,
-    None where it was not measured. InputError for another layout or frame.
+    None where it was not measured.
     """
-    if not poses.layout.is_body:
-        raise InputError(
-            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
-        )
-    require(filtered.frame, LEVEL, "Angles' filtered joints")
     source, R_reference_from_source = in_reference(poses)
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
     of = TakeJoints(

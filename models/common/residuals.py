@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.camera import Camera
-from ...pipeline.core.frames import CAMERA, require
+from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import ARM, H36M17, LEG
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
@@ -55,10 +55,9 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     the body's place nor its size is part of it.
 
     poses: H36M17 in CAMERA axes, relative to the pelvis, with times, in any unit. keypoints: pixels as they were
-    filmed, in any layout that has H36M17's joints; rows belong together by their frame numbers. InputError for poses in
-    other axes or without times.
+    filmed, in any layout that has H36M17's joints; rows belong together by their frame numbers. InputError for poses
+    without times.
     """
-    require(poses.frame, CAMERA, "residuals")
     rays, trust = keypoint_rays(poses, keypoints, camera)
     joints = poses.without_feet.joints
     stature = implied_stature(joints)

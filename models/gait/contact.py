@@ -20,7 +20,6 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.blocks import blocks
-from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import norm
 from ...pipeline.signals.filters import runs
@@ -67,13 +66,8 @@ def contacts(body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) 
     """{"r", "l": (T,) probability that this foot is on the floor}; NaN where a leg is missing.
 
     body: (T, 17, 3) H36M17 in BODY axes, relative to the pelvis, in any unit, through the usual 6 Hz low-pass; time_s:
-    (T,). Nothing is taken across a gap or the row of a seam. InputError for other joints.
+    (T,). Nothing is taken across a gap or the row of a seam.
     """
-    if body.shape[1:] != (len(H36M17), 3):
-        raise InputError(
-            "wrong-content",
-            f"Expected joints (T, 17, 3) of H36M17, got {body.shape}; map them to that layout.",
-        )
     net = shipped_net()
     result = {side: np.full(len(body), np.nan) for side in SIDES}
     for side in SIDES:

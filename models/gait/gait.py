@@ -75,7 +75,7 @@ def find_gait(
 
     body: (T, 17, 3) H36M17 in BODY axes relative to the pelvis, through the usual 6 Hz low-pass; time_s: (T,).
     facing_deg: (T,) in still axes, None where the camera moves, and then turns are not told from walks. least: a step's
-    change of the ankles' separation in lengths of a leg. InputError for other joints.
+    change of the ankles' separation in lengths of a leg.
     """
     probability = contacts(body, time_s, tuple(seams))
     apart = separation(body, time_s, seams)

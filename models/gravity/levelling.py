@@ -91,8 +91,6 @@ def known_up(
     """(3,) unit, which way is up in a camera that stands still; None where it is known badly, or by the skeletons more
     than by anything else, as where an image is not believed. poses: a first lift, H36M17 in CAMERA, that knew nothing
     of up. told: what the user tells; look: what the image says. InputError as of fusion.fused_up."""
-    if not told and look is None:
-        return None
     rows = np.unique(np.linspace(0, len(poses) - 1, min(len(poses), _VOTES)).astype(int))
     poses = poses.without_feet
     R, error_deg = rectifier.rotation(poses.joints[rows])

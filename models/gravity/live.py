@@ -80,11 +80,6 @@ class LiveRectifier:
         self._time_s = -np.inf
         self._up = self._pooled()
 
-    @property
-    def method(self) -> str:
-        """The rectifier's name in results, as Rectified.method."""
-        return self._rectifier.method
-
     def update(self, joints: np.ndarray, time_s: float) -> LiveFrame:
         """joints: (17, 3), H36M17 in CAMERA axes, any origin and scale, NaN where missing, as is the whole frame
         without a pelvis. time_s: later than the frame before.
