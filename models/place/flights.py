@@ -57,6 +57,8 @@ SEGMENTS = (
 # Joints that a frame of a flight needs.
 NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in SEGMENTS for joint in (start, end)))
 SCALE_SD = 0.04  # of lifted heights, what the flights of a take share of their error, as a share
+_FALL_S = 0.03  # by a lifted flight's time, the share of its fall that is error beside
+_FLOOR_S = 1.0
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
 _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
@@ -95,10 +97,10 @@ class Rule:
     """What a path shows of a flight. since_s, until_s: the lower ankle passes _UP so long after the feet have left the
     floor, and before they land. fewest: frames in the air; least_s: seconds. noise: of the parabola's height, off: in
     statures, what the path may be off it. middle: of the flight's duration, how far from its middle the highest point
-    may be. drift: of the fall, how far sideways the path may bend. floor_s: the floor is looked for so far around, NaN
-    for the whole take. high: statures, the parabola's height at least; 0 where the fall is judged, for then least_s
-    says it. lifted: whether the toes leave the floor and meet it by _LIFTS, and the rise is that of `lifted_rise`.
-    fall_s: the fall's share of error is this by the flight's time (beside SCALE_SD), NaN for one that is not judged."""
+    may be. drift: of the fall, how far sideways the path may bend. high: statures, the parabola's height at least; 0
+    where the fall is judged, for then least_s says it. lifted: whether the toes leave the floor and meet it by _LIFTS,
+    which is looked for _FLOOR_S around and not in the whole take, the fall is one of gravity (_FALL_S), and the rise is
+    that of `lifted_rise`."""
 
     since_s: float
     until_s: float
@@ -109,17 +111,14 @@ class Rule:
     fewest: int = 4
     least_s: float = 0.0
     high: float = 0.02
-    floor_s: float = np.nan
     lifted: bool = False
-    fall_s: float = np.nan
 
 
 # Times are medians of 88 captured flights, and of their lifts through cameras (train and validation subjects).
 MEASURED = Rule(since_s=0.008, until_s=0.03, noise=0.04, off=np.inf, middle=0.15, drift=0.25, fewest=6)
 LIFTED = Rule(
-    since_s=0.0, until_s=0.0, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, high=0.0, floor_s=1.0, lifted=True,
-    fall_s=0.03,
-)  # fmt: skip
+    since_s=0.0, until_s=0.0, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, high=0.0, lifted=True
+)
 
 
 @dataclass(frozen=True)
@@ -304,8 +303,8 @@ def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | N
     if parabola is None or (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
         return None
     fall, apex_s = parabola
-    if not np.isnan(rule.fall_s):  # that of gravity within 2.6 standard deviations
-        slack = 2.6 * np.hypot(rule.fall_s / np.ptp(time_s[rows]), SCALE_SD)
+    if rule.lifted:  # that of gravity within 2.6 standard deviations
+        slack = 2.6 * np.hypot(_FALL_S / np.ptp(time_s[rows]), SCALE_SD)
         least, most = _PEOPLE_M if stature_m is None else (stature_m, stature_m)
         if not GRAVITY / most * (1 - slack) < fall < GRAVITY / least * (1 + slack):
             return None
@@ -361,7 +360,12 @@ def _spells(path: _BodyPath, seams: tuple[int, ...]) -> Iterator[tuple[slice, np
         if not np.isfinite(piece).any():
             continue
         line = np.full(len(height), np.nan)
-        line[start:stop] = _floor_around(piece, times, rule.floor_s) + _UP
+        # What the height is for a fifth of the time around, or of the whole time.
+        floor = np.percentile(piece[np.isfinite(piece)], _FLOOR)
+        if rule.lifted and len(piece) > 1:
+            width = 2 * round(_FLOOR_S * rate(times)) + 1
+            floor = ranked(on_lines(piece, times), width, int(width * _FLOOR / 100), "edge")
+        line[start:stop] = floor + _UP
         for a, b in stretches(piece > line[start:stop]):
             rows = slice(start + a, start + b)
             whole = a > 0 and b < len(piece) and bool(np.isfinite(piece[[a - 1, b]]).all())
@@ -369,16 +373,6 @@ def _spells(path: _BodyPath, seams: tuple[int, ...]) -> Iterator[tuple[slice, np
             lasts_s = np.gradient(time_s)[rows].sum()
             if not whole or (b - a >= rule.fewest and lasts_s >= rule.least_s):
                 yield rows, line, whole
-
-
-def _floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
-    """(T,) what a height (T,) is for a fifth of the time around, or of the whole time."""
-    visible = np.isfinite(height)
-    if np.isnan(around_s) or len(height) < 2:
-        return np.full(len(height), float(np.percentile(height[visible], _FLOOR)))
-    even = on_lines(height, time_s)
-    width = 2 * round(around_s * rate(time_s)) + 1
-    return ranked(even, width, int(width * _FLOOR / 100), "edge")
 
 
 def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> tuple[float, float] | None:
