@@ -20,17 +20,17 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 @dataclass(frozen=True)
 class Network:
-    """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. given: how a file
-    of the user's own takes its place. url: of the .onnx file or of a .zip that holds one. sha256,
-    megabytes: of the .onnx file. licence: shown before a download."""
+    """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. url: of the .onnx file or of a .zip that
+    holds one. sha256, megabytes: of the .onnx file. licence: shown before a download. given: how a file of the user's
+    own takes its place."""
 
     name: str
-    given: str
     about: str
     url: str
     sha256: str
     megabytes: float
     licence: str
+    given: str = "--detector FILE.onnx"
 
     @property
     def path(self) -> Path:
@@ -81,7 +81,6 @@ _OPENMMLAB = "https://download.openmmlab.com/mmpose/v1/projects/rtmposev1/onnx_s
 _MODEL_HUB = "https://huggingface.co/Xenova"
 MOVENET = Network(
     "movenet",
-    "--detector FILE.onnx",
     "MoveNet Lightning, one person, 17 joints; used unless told otherwise",
     f"{_MODEL_HUB}/movenet-singlepose-lightning/resolve/ed0f314bb7356fd1dbf1e4f52c2d40791bf6534f/onnx/model.onnx",
     "1ad4f8d6c2f776a9967db3993c9ca740bc350104f9d37c151dc183fc29a464ad",
@@ -90,7 +89,6 @@ MOVENET = Network(
 )
 MOVENET_THUNDER = Network(
     "movenet-thunder",
-    "--detector FILE.onnx",
     "MoveNet Thunder, one person, 17 joints; slower and better",
     f"{_MODEL_HUB}/movenet-singlepose-thunder/resolve/38296077a99667cdad67af5096ce7eeb9b327453/onnx/model.onnx",
     "3dca9f6e5f8a64dc9935a5be06fd8bf81bf01e696c9c05c6f2a650e0a401b763",
@@ -99,7 +97,6 @@ MOVENET_THUNDER = Network(
 )
 RTMPOSE = Network(
     "rtmpose",
-    "--detector FILE.onnx",
     "RTMPose-m, 26 joints (Halpe); several people with --set detect.person_detector=yolox",
     f"{_OPENMMLAB}/rtmpose-m_simcc-body7_pt-body7-halpe26_700e-256x192-4d3e73dd_20230605.zip",
     "26f3a19e61304a600dfb82d1001d41d24343b89fc70a33ffc84657e0b0bf2ecf",
@@ -108,12 +105,12 @@ RTMPOSE = Network(
 )
 YOLOX = Network(
     "yolox",
-    "--set detect.person_detector=FILE.onnx",
     "YOLOX-tiny, boxes around people",
     f"{_OPENMMLAB}/yolox_tiny_8xb8-300e_humanart-6f3252f9.zip",
     "ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250",
     20.0,
     "Apache-2.0 (MMPose), trained on COCO and Human-Art, the latter for non-commercial use",
+    "--set detect.person_detector=FILE.onnx",
 )
 
 
