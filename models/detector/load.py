@@ -10,11 +10,9 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import open_onnx
 from .function import FunctionDetector
-from .movenet import MoveNet
+from .networks import MoveNet, PersonBoxes, SimCC
 from .protocols import CropNetwork, Detector, Found
-from .rtmpose import SimCC
 from .topdown import Follower, TopDown
-from .yolox import PersonBoxes
 
 __all__ = ["Detector", "Found", "load_detector"]
 
