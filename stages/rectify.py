@@ -12,11 +12,17 @@ import numpy as np
 from ..models.angle_error.joint_covariance import FOCAL_HEADING, turns_of
 from ..models.common.spread import stated_spread
 from ..models.gravity.evidence import told_up
-from ..models.gravity.levelling import Levelled, level_moving, level_static, level_world, why_not
+from ..models.gravity.levelling import (
+    Levelled,
+    level_moving,
+    level_people,
+    level_static,
+    level_world,
+    why_not,
+)
 from ..models.gravity.moving import timed
-from ..models.gravity.people import level_people
-from ..models.gravity.person import PersonFrames
 from ..models.gravity.sampling import take_rotation
+from ..models.gravity.votes import PersonFrames
 from ..models.rectifier.load import Checked, load_rectifier
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
@@ -57,8 +63,8 @@ class Rectify:
         """Several people of one recording in one LEVEL. Its -X is the camera's horizontal viewing direction reversed;
         poses in a world's axes keep that world's axes. One person without others gets a heading of their own.
 
-        A static camera's up is pooled over the people (models/gravity/people.py). With a moving camera each person has
-        their own up in each frame, and all share the heading. InputError for poses in a camera's axes and in a world's.
+        A static camera's up is pooled over the people (level_people). With a moving camera each person has their own up
+        in each frame, and all share the heading. InputError for poses in a camera's axes and in a world's.
         """
         people = [take.need("poses") for take in takes]
         told = replace(takes[0].told, camera="moving") if takes[0].moving else takes[0].told

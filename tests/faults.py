@@ -70,7 +70,7 @@ FAULTS = [
     Fault("models/lifter/otherwise.py", "joints=keypoints.joints[:, order]", "joints=keypoints.joints",
           "models/lifter/test_otherwise.py"),
     Fault("models/place/path.py", "path * stature)", "path)", "models/place/test_pelvis_path.py"),
-    Fault("models/gravity/fusion.py", "odds_image > odds_bodies", "odds_image < odds_bodies",
+    Fault("models/gravity/evidence.py", "odds_image > odds_bodies", "odds_image < odds_bodies",
           "models/gravity/test_gravity.py"),
     Fault("models/gravity/floor.py", "> np.sin(np.radians(_STEEP_DEG))", "> 1", "models/gravity/test_floor.py"),
     Fault("models/lab/mocap/clips.py", "combinations(PARTS, 2)", "combinations(PARTS[1:], 2)",

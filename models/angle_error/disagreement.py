@@ -17,8 +17,8 @@ from ...pipeline.signals.filters import breaks
 from ..common.spread import stated_spread
 from ..gravity.evidence import TakeUp
 from ..gravity.levelling import level
-from ..gravity.person import PersonFrames
 from ..gravity.sampling import take_rotation
+from ..gravity.votes import PersonFrames
 from ..rectifier.load import load_rectifier
 from .joint_noise import shipped_noise
 from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, growth_of, smoothed, take_angles

@@ -15,8 +15,7 @@ from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import rate, runs
 from ...pipeline.signals.windows import gaussian
 from .evidence import FEET, FLOOR, Evidence
-from .person import PersonFrames
-from .votes import effective_number
+from .votes import PersonFrames, effective_number
 
 _STANDS_SPEED = 0.15  # statures per second below which an ankle stands
 _STANCE_S = 0.1  # the least that a stance lasts

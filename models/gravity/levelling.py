@@ -1,7 +1,8 @@
 """From a rectifier's frames to a take: one `up` for a camera that stands still, a smooth one for a camera that moves.
 
 Given up, each frame keeps only its heading, smoothed in time; LEVEL is one upright frame for the take. A lift may rest
-on an up that is known from elsewhere, and not contradicted by the skeletons (`known_up`).
+on an up that is known from elsewhere, and not contradicted by the skeletons (`known_up`). Several people before one
+static camera have one gravity: what each of them says about it is pooled.
 """
 
 from __future__ import annotations
@@ -17,12 +18,10 @@ from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, unit
 from ...pipeline.plugins.protocols import Rectifier
 from ..common.canonical import R_world_from_body
 from ..common.spread import stated_spread
-from .evidence import Evidence, TakeUp
+from .evidence import KNOWN_DEG, Evidence, TakeUp, about, fuse, fused_up
 from .floor import of_feet
-from .fusion import KNOWN_DEG, fused_up
 from .moving import sliding_up, with_looks
-from .person import PersonFrames, of_frames, smoothed, trust
-from .votes import USUAL_SPREAD
+from .votes import USUAL_SPREAD, PersonFrames, of_frames, smoothed, trust
 
 # Standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns).
 HEADING_S = 0.07
@@ -90,7 +89,7 @@ def known_up(
 ) -> np.ndarray | None:
     """(3,) unit, which way is up in a camera that stands still; None where it is known badly, or by the skeletons more
     than by anything else, as where an image is not believed. poses: a first lift, H36M17 in CAMERA, that knew nothing
-    of up. told: what the user tells; look: what the image says. InputError as of fusion.fused_up."""
+    of up. told: what the user tells; look: what the image says. InputError as of fused_up."""
     rows = np.unique(np.linspace(0, len(poses) - 1, min(len(poses), _VOTES)).astype(int))
     poses = poses.without_feet
     R, error_deg = rectifier.rotation(poses.joints[rows])
@@ -235,3 +234,43 @@ def rotation_error_deg(
     """
     off = angle_deg(level_left(R_frame, R[..., :, 2]), -R[..., :, 1])
     return np.hypot(_MEAN_OF_RMS * up_error_deg, np.maximum(heading_deg, off))
+
+
+def level_people(
+    people: Sequence[PersonFrames], told: Sequence[Evidence] = (), look: Look | None = None
+) -> list[Levelled]:
+    """One up for all, and the camera's heading, so that who faces whom can be read off: one R_camera_from_level (3, 3).
+
+    Each person's up counts by 1 / error^2; who could not be levelled alone (lies, is hardly seen) has no say and takes
+    the others' up. Lifted by the same network, people may lean alike: the pooled error is stated as no less than the
+    best person's own. told: what the user tells; look: what the image says. Where nobody can be levelled alone and
+    nothing else is told, everybody keeps an up of their own, and the reason why it is none. People of one name are
+    numbered in the shares, in the order given."""
+    alone = [level(person, static_up(person)) for person in people]
+    # The alone have shares of frames, feet or floor, so that nothing is taken on trust.
+    heard = [not why_not(levelled) for levelled in alone]
+    if not any(heard) and not told and look is None:
+        return alone
+    names = _numbered([person.name for person in people])
+    own = {name: levelled.up for name, levelled, use in zip(names, alone, heard, strict=True) if use}
+
+    def said(wider: float) -> list[Evidence]:
+        return [
+            about(name, up.up, wider**2 * up.covariance)
+            for name, up in own.items()
+            if up.covariance is not None
+        ]
+
+    errors = {name: float(up.error_deg) for name, up in own.items()}
+    wider = max(1.0, min(errors.values()) / float(fuse(said(1.0)).error_deg)) if own else 1.0
+    fused = fused_up(said(wider), told, look)
+    shared = replace(fused, own=fused.own | {name: (up.up, errors[name]) for name, up in own.items()})
+    return [level(person, shared) for person in people]
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    """The names, those that are not the only ones with a number behind them."""
+    return [
+        f"{name} ({names[: row + 1].count(name)})" if names.count(name) > 1 else name
+        for row, name in enumerate(names)
+    ]

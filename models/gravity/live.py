@@ -23,8 +23,7 @@ from ...pipeline.reading.guard import doubts, guarded
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp, fuse
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
-from .person import trust
-from .votes import of_votes, pool
+from .votes import of_votes, pool, trust
 
 LOOK_S, _LOOK_ROWS = 3.0, 20  # of the first poses that are looked at: fewer tell nothing of left and right
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes

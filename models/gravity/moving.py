@@ -16,11 +16,18 @@ from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import nearest_row
 from ..common.metrics import RAYLEIGH_90
 from ..common.spread import stated_spread
-from .evidence import FRAMES, IMAGE, TakeUp
-from .fusion import KNOWN_DEG, settled
-from .person import PersonFrames, leaning, own_lean, smoothed, trust
+from .evidence import FRAMES, IMAGE, KNOWN_DEG, TakeUp, settled
 from .sampling import take_rotation
-from .votes import bodies_covariance, expected_deg, lean_square
+from .votes import (
+    PersonFrames,
+    bodies_covariance,
+    expected_deg,
+    lean_square,
+    leaning,
+    own_lean,
+    smoothed,
+    trust,
+)
 
 _WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
 _VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half

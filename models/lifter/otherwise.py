@@ -48,8 +48,8 @@ def _exchanged(asked: ToLift, parts: tuple[str, ...]) -> ToLift:
     order = np.arange(len(layout))
     rows = layout.indices([name for name in layout.joints if not parts or name[2:] in parts])
     order[rows] = layout.mirror[rows]
-    parts_of = {"joints": keypoints.joints[:, order], "confidence": keypoints.confidence[:, order]}
-    return replace(asked, keypoints=keypoints.with_(**parts_of))
+    confidence = keypoints.confidence[:, order]
+    return replace(asked, keypoints=keypoints.with_(joints=keypoints.joints[:, order], confidence=confidence))
 
 
 def _narrower(asked: ToLift) -> ToLift:

@@ -7,7 +7,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.gravity.levelling import level_moving, level_static, upright
-from pcnet3d.models.gravity.person import PersonFrames
+from pcnet3d.models.gravity.votes import PersonFrames
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.rotations import from_columns, unit

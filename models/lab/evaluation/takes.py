@@ -29,7 +29,7 @@ from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
 from ...common.spread import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
-from ...gravity.person import PersonFrames
+from ...gravity.votes import PersonFrames
 from ..common.metrics import Figure, OfTake, Row, figures, mean
 from ..mocap.clips import subject_of
 from .runs import Configuration, lifted

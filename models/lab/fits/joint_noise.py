@@ -29,7 +29,7 @@ from ...angle_error.joint_noise import (
 from ...angle_error.take_angles import smoothed
 from ...common.spread import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
-from ...gravity.person import PersonFrames
+from ...gravity.votes import PersonFrames
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..evaluation.runs import Configuration, EvaluationSet, lifted

@@ -8,10 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from golden.ups import stated_deg, take_up, up_of
 from pcnet3d.models.common.metrics import RAYLEIGH_90
-from pcnet3d.models.gravity.evidence import IMAGE, Evidence, about, direction, fuse, radius_90
-from pcnet3d.models.gravity.fusion import fused_up
+from pcnet3d.models.gravity.evidence import IMAGE, Evidence, about, direction, fuse, fused_up, radius_90
 from pcnet3d.models.gravity.lines import tangent
-from pcnet3d.models.gravity.person import PersonFrames, of_frames
 from pcnet3d.models.gravity.votes import (
     LEAN_DEG,
     RAISED_LEAN_DEG,
@@ -19,8 +17,10 @@ from pcnet3d.models.gravity.votes import (
     TILT_SHARE,
     UNKNOWN_DEG,
     USUAL_SPREAD,
+    PersonFrames,
     bodies_covariance,
     effective_number,
+    of_frames,
     of_votes,
     pitch_roll_error_deg,
     pool,

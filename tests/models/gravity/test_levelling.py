@@ -17,14 +17,13 @@ from pcnet3d.models.gravity.levelling import (
     camera_frame,
     level,
     level_moving,
+    level_people,
     level_static,
     upright,
     why_not,
 )
 from pcnet3d.models.gravity.moving import sliding_up
-from pcnet3d.models.gravity.people import level_people
-from pcnet3d.models.gravity.person import PersonFrames
-from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD, PersonFrames
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, unit

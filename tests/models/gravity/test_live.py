@@ -14,8 +14,7 @@ from pcnet3d.models.common.metrics import relative
 from pcnet3d.models.gravity.evidence import direction
 from pcnet3d.models.gravity.levelling import HEADING_S, level_static
 from pcnet3d.models.gravity.live import KEPT, LiveRectifier
-from pcnet3d.models.gravity.person import PersonFrames
-from pcnet3d.models.gravity.votes import LEAN_DEG, OWN_LEAN_DEG, TILT_SHARE
+from pcnet3d.models.gravity.votes import LEAN_DEG, OWN_LEAN_DEG, TILT_SHARE, PersonFrames
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 
