@@ -23,10 +23,10 @@ from ...pipeline.core.blocks import blocks
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import norm
 from ...pipeline.signals.filters import runs
-from .events import OTHER
 
 CONTACT_FILE = Path(__file__).with_name("contact.json")
 SIDES = ("r", "l")
+OTHER = {"r": "l", "l": "r"}
 _AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
 # To either side: within a stride the length of a lifted leg varies, averaged over two it does not.

@@ -26,7 +26,7 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.core.measures import SD_90
-from .events import Step
+from .gait import Step
 
 ERROR_FILE = Path(__file__).with_name("gait_error.json")
 OF_LENGTH = ("walking_speed", "step_length", "stride_length", "step_width")

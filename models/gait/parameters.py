@@ -13,9 +13,8 @@ import numpy as np
 
 from ...pipeline.core.rotations import unit
 from ...pipeline.signals.filters import resample
-from .contact import SIDES
-from .events import OTHER, Stance, Step, strides
-from .gait import Gait, Values
+from .contact import OTHER, SIDES
+from .gait import Gait, Stance, Step, Values, strides
 
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7

@@ -15,8 +15,8 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.rotations import transpose
 from ...pipeline.signals.filters import peaks, runs
 from ..common.motion import Motion
-from .events import OTHER, Step
-from .gait import LEAST_STEP, Gait, facing_deg, find_gait, separation
+from .contact import OTHER
+from .gait import LEAST_STEP, Gait, Step, facing_deg, find_gait, separation
 
 SIDES = {"right": "r", "left": "l"}
 _USUAL = 0.12  # lengths of a leg: the separation's deviation by the built-in lifter, median of lifted validation takes

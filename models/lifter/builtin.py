@@ -22,9 +22,8 @@ from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import open_onnx
 from . import SHIPPED
-from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
-from .keypoints import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
+from .keypoints import averaged, checked_size, clock_of, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
 CHUNK = 1024  # frames answered at a time; half as many take half the memory, and a tenth longer
@@ -41,7 +40,7 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
     half a second without any joint are NaN. Joints that are missing for a moment are put on a line between where they
     were seen, others are filled in from the rest of the body. Takes of other frame rates than 20 to 60 per second are
-    lifted at one that the network knows (clock.py); without time stamps they count as 30.
+    lifted at one that the network knows (keypoints.clock_of); without time stamps they count as 30.
     Raises InputError for another frame, normalised coordinates, an unusable image size, or keypoints that jump between
     two people.
     """

@@ -9,9 +9,8 @@ from ...pipeline.core.layouts import H36M17, Layout, remap
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from .builtin import network, run
-from .clock import clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
-from .keypoints import lacking
+from .keypoints import clock_of, lacking
 
 _SETTLED = 10  # rows that tell the usual interval; a stream may begin with a burst
 

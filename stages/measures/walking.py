@@ -22,8 +22,7 @@ from ...models.gait.errors import (
     shipped_errors,
     style_of,
 )
-from ...models.gait.events import Stride, contact_times
-from ...models.gait.gait import Gait, Values, time_values
+from ...models.gait.gait import Gait, Stride, Values, contact_times, time_values
 from ...models.gait.parameters import length_values, over_belt, standing, times_too_far, walked_on
 from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.camera import Camera

@@ -25,9 +25,20 @@ from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
 from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
-from ...gait.events import FEWEST, Stance, Step, contact_times
-from ...gait.events import walks as walks_of
-from ...gait.gait import LEAST_STEP, Gait, Values, facing_deg, separation, slow_flights, time_values
+from ...gait.gait import (
+    FEWEST,
+    LEAST_STEP,
+    Gait,
+    Stance,
+    Step,
+    Values,
+    contact_times,
+    facing_deg,
+    separation,
+    slow_flights,
+    time_values,
+)
+from ...gait.gait import walks as walks_of
 from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
 from ..common.metrics import Figure, Row, mean

@@ -23,7 +23,7 @@ from ....pipeline.files.atomic import write_text
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gait.contact import SIDES, ContactNet, window_features
-from ...gait.events import ON_FLOOR
+from ...gait.gait import ON_FLOOR
 from ...lifter.builtin import lifted
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, filtered, joints_of, see
 from ..mocap.clips import Clip, Subjects, data_set, read_clips

@@ -10,9 +10,8 @@ from golden.jumps import STATURE_M, standing
 from golden.lifts import lift
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.angle_error.disagreement import by_disagreement
+from pcnet3d.models.angle_error.disagreement import FAR_OFF_MM, by_disagreement, far_off
 from pcnet3d.models.angle_error.take_angles import TakeJoints, take_angles
-from pcnet3d.models.angle_error.take_error import FAR_OFF_MM, far_off
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.frames import IMAGE

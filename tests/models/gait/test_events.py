@@ -5,8 +5,16 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.contact import contacts, leg_lengths, window_features
-from pcnet3d.models.gait.events import ON_FLOOR, Stance, contact_times, stances, strides, walks
-from pcnet3d.models.gait.gait import find_gait, separation
+from pcnet3d.models.gait.gait import (
+    ON_FLOOR,
+    Stance,
+    contact_times,
+    find_gait,
+    separation,
+    stances,
+    strides,
+    walks,
+)
 from pcnet3d.models.lab.fits.contact import in_body
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import H36M17

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
-from pcnet3d.models.gait.events import Stance, Step, walks
-from pcnet3d.models.gait.gait import Gait, time_values
+from pcnet3d.models.gait.gait import Gait, Stance, Step, time_values, walks
 from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt, standing, times_too_far
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pcnet3d.models.gravity.background import Glimpse, Shift, background_of, shift, stands
+from pcnet3d.models.gravity.view import Glimpse, Shift, background_of, shift, stands
 
 _NOBODY = np.zeros((0, 4))
 _SIDE = 640

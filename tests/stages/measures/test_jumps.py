@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from golden.motions import motion_with
-from pcnet3d.models.gait.events import Stance, Step
-from pcnet3d.models.gait.gait import Gait
+from pcnet3d.models.gait.gait import Gait, Stance, Step
 from pcnet3d.models.place.flights import Airborne, Flight
 from pcnet3d.stages.measures.jumps import jumping, without_leaps
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.models.gait.events import Stride
+from pcnet3d.models.gait.gait import Stride
 from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, Take
 from pcnet3d.pipeline.core.measures import Measure, Measures, nested, withheld
 from pcnet3d.pipeline.files.measures import read_measures

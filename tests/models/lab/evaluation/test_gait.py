@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.gait.events import Stance
+from pcnet3d.models.gait.gait import Stance
 from pcnet3d.models.lab.evaluation import gait as module
 from pcnet3d.models.lab.evaluation.evaluate import tabled
 from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
