@@ -6,9 +6,10 @@ script they stand in a table below each chart.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -67,8 +68,8 @@ def over_time(
     spans = [(ranges(x, curve.values, lacking), _band(x, curve, lacking)) for curve in curves]
     ends = [part for (_, low, high), band in spans for part in (low, high, *band)]
     bottom, top = _limits(np.concatenate(ends))
-    across = _Scale(low_x, high_x, _LEFT, _RIGHT)
-    upward = _Scale(bottom, top, _BOTTOM, _TOP)
+    across = _scale(low_x, high_x, _LEFT, _RIGHT)
+    upward = _scale(bottom, top, _BOTTOM, _TOP)
     lines = []
     for curve, ((at, low, high), band) in zip(curves, spans, strict=True):
         thinned = len(at) < len(x)
@@ -127,19 +128,9 @@ def ranges(
     return (x[first] + x[last]) / 2, np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
 
 
-@dataclass(frozen=True)
-class _Scale:
-    """From values between low and high to pixels between start and stop."""
-
-    low: float
-    high: float
-    start: float
-    stop: float
-
-    def __call__(self, values: np.ndarray | float) -> np.ndarray:
-        return self.start + (np.asarray(values) - self.low) * (self.stop - self.start) / (
-            self.high - self.low
-        )
+def _scale(low: float, high: float, start: float, stop: float) -> Callable[[Any], np.ndarray]:
+    """A function from values between low and high to pixels between start and stop."""
+    return lambda values: start + (np.asarray(values) - low) * (stop - start) / (high - low)
 
 
 def _band(x: np.ndarray, curve: Curve, alone: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.figures import UNITS
-from ...pipeline.core.measures import Measure, Measures, Moments, Remark, Side
+from ...pipeline.core.measures import Measure, Measures, Moments, Remark
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file, write_rows
 from ...pipeline.signals.angles import near, unwrapped
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 _ROWS = 1 << 14  # written at a time
 _CYCLES = 64  # whose rows are made at a time
-_OTHER: dict[str, Side] = {"right": "left", "left": "right"}
 _WITH_CYCLES = ("knee_bends", "arm_raises", "repetitions", "walking")
 
 
@@ -182,9 +181,9 @@ def write_strides(take: Take, path: Path) -> None:
 
 def stride_tables(take: Take) -> Iterator[pa.Table]:
     """A table without rows, which has the names of the columns; then some strides and repetitions each, whose rows are
-    each per cent of them, 0 to 100: the time of the take, the event that is nearest to it, and every angle and its
-    standard deviation in degrees, of a spline through the frames; null where it is missing. An angle goes on through
-    the end of its range within one cycle."""
+    each per cent of them, 0 to 100: the time of the take, and every angle and its standard deviation in degrees, of a
+    spline through the frames; null where it is missing. An angle goes on through the end of its range within one
+    cycle."""
     import pyarrow as pa
 
     degrees = {
@@ -192,7 +191,7 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     }
     angle_columns = [column for name in degrees for column in (name, f"{name.removesuffix('_deg')}_sd_deg")]
     kinds = {"movement": pa.string(), "side": pa.string(), "number": pa.int32(), "percent": pa.int32()}
-    kinds |= {"time_s": pa.float64(), "event": pa.string()} | dict.fromkeys(angle_columns, pa.float32())
+    kinds |= {"time_s": pa.float64()} | dict.fromkeys(angle_columns, pa.float32())
     yield pa.schema(kinds).empty_table()
     if take.measures is None or take.filtered is None:
         return
@@ -200,7 +199,6 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     angles = np.stack(
         [unwrapped(columns[name]) if name in degrees else columns[name] for name in angle_columns], axis=-1
     )
-    walking = take.measures.group("walking")
     for of, spans in ((of, of.spans) for of in _moving(take.measures)):
         for some in blocks(len(spans), _CYCLES):
             at_s = np.stack([np.linspace(*span, POINTS) for span in spans[some]])
@@ -216,23 +214,8 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
             rows = {name: [label] * at_s.size for name, label in labels.items()}
             rows |= {"number": np.repeat(np.arange(len(spans))[some], POINTS), "time_s": at_s.ravel()}
             rows |= {"percent": np.tile(np.arange(POINTS), len(at_s))} | values
-            rows["event"] = np.concatenate([_events(walking, of, *span) for span in spans[some]])
             arrays = [pa.array(rows[name], kind, from_pandas=True) for name, kind in kinds.items()]
             yield pa.table(arrays, pa.schema(kinds))
-
-
-def _events(walking: Measures, of: Measures, start_s: float, stop_s: float) -> np.ndarray:
-    """(101,) what happens at the nearest per cent of a stride of a group: initial contacts and toe-offs of its own foot
-    and of the other; "" elsewhere, and in other groups than those of `walking`."""
-    events, own = np.full(POINTS, "", dtype=object), of.rows[0].side
-    if of.path[0] != "walking":
-        return events
-    for prefix, side in (("other ", _OTHER[own]), ("", own)):
-        for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
-            percent = 100 * (np.array(walking.group(side).times(name)) - start_s) / (stop_s - start_s)
-            inside = percent[(percent >= -0.5) & (percent <= 100.5)]
-            events[np.round(inside).astype(int)] = f"{prefix}{words}"
-    return events
 
 
 def _within_range(curve_deg: np.ndarray, centre_deg: float) -> np.ndarray:

@@ -31,7 +31,7 @@ from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_j
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
-from ....pipeline.reading.find import adapters, recognises
+from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
 
@@ -79,12 +79,10 @@ def load_side(folder: Path) -> Side:
     columns = {
         name: values.astype(np.float64) for name, values in run.need("kinematics").items() if "_deg" in name
     }
-    missing = [name for name in ANGLES if f"{name}_deg" not in columns]
-    if len(missing) == len(ANGLES):
+    if not any(f"{name}_deg" in columns for name in ANGLES):
         raise InputError(
             "needs-stage",
-            f"Expected a run with joint angles in {folder}, and there are none of {', '.join(missing[:3])}; run it "
-            "again with the stage 'angles'.",
+            f"Expected a run with joint angles in {folder}, found none; run it again with the stage 'angles'.",
         )
     unknown = np.full(len(poses), np.nan)
     return Side(
@@ -320,10 +318,9 @@ def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | 
 
 def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     given = {name: value for name, value in {"up": up, "unit": unit}.items() if value is not None}
+    adapter = find_adapter(path, gives="poses")
     people = [
         poses
-        for adapter in adapters("poses").values()
-        if recognises(adapter, path)
         for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options=given)
         if poses.frame.family == "world" and poses.frame.metric
     ]

@@ -145,8 +145,8 @@ def _recorded(
     if (full := _full(folder, 0)) is not None:
         raise full
     with (
-        live_recording(folder / LIVE, watch.detector.layout, own_video, frames) as recording,
         interruptible() as asked,
+        live_recording(folder / LIVE, watch.detector.layout, own_video, frames) as recording,
         counted("live", total) as count,
     ):
         for shot in shown.until(asked):
@@ -157,7 +157,6 @@ def _recorded(
             count(watch.search.seen, f", latency {pose.latency_ms:.0f} ms, {pose.dropped} dropped")
             if (full := _full(folder, watch.search.seen)) is not None:
                 break
-        recording.close()
     if shown.broke is not None:
         say("warning", f"{shown.broke} What came before is kept.")
     summary: dict[str, Any] = {"frames": len(watch.latency_ms), "dropped": shown.dropped}

@@ -49,7 +49,9 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
             recording_file(path, _views(), following=True) as file,
             ThreadPoolExecutor(1, "recording") as beside,
         ):
-            yield LiveRecording(file, layout, target if frames else None, beside)
+            recording = LiveRecording(file, layout, target if frames else None, beside)
+            yield recording
+            recording.finish()
     except FFmpegError as error:
         raise InputError(
             "cannot-write", f"The video {kept} could not be written: {error.strerror}."
@@ -111,7 +113,7 @@ class LiveRecording:
         recording.log("rotation/error", rr.Scalars(pose.error_deg))
         recording.log("rotation/bound", rr.Scalars(pose.up_bound_deg))
 
-    def close(self) -> None:
+    def finish(self) -> None:
         """The last images, also those in the encoder."""
         while self._pending:
             self._pending.popleft().result()

@@ -42,11 +42,6 @@ def test_every_stride_has_a_row_for_each_per_cent(take, tmp_path):
         assert [int(row["percent"]) for row in own] == [*range(101)] * walk["strides"]
         starts = [float(row["time_s"]) for row in own if row["percent"] == "0"]
         assert starts == pytest.approx(walk["stride_start_s"], abs=1e-3)
-        assert [row["event"] for row in own if row["percent"] in ("0", "100")] == [
-            "initial contact"
-        ] * 2 * len(starts)
-        toe_offs = [float(row["time_s"]) for row in own if row["event"] == "toe-off"]
-        assert toe_offs == pytest.approx(walk["toe_offs_s"], abs=0.02)
         # The means of summary.json are the means of these.
         angle = f"{side[0]}_knee_flexion"
         curves = np.array([float(row[f"{angle}_deg"]) for row in own]).reshape(-1, 101)
@@ -63,7 +58,7 @@ def test_the_peaks_of_each_stride_are_those_of_its_curve(take):
         knee, hip = (
             np.array([row[f"r_{part}_flexion_deg"] for row in own]) for part in ("knee", "thigh_trunk")
         )
-        off = next(row["percent"] for row in own if row["event"] == "toe-off")
+        off = next(row["percent"] for row in own if row["time_s"] > walk["toe_offs_s"][number])
         assert walk["knee_at_contact_deg"][number] == pytest.approx(knee[0], abs=0.6)
         assert walk["knee_swing_peak_deg"][number] == pytest.approx(knee[off:].max(), abs=0.6)
         assert walk["knee_loading_peak_deg"][number] == pytest.approx(knee[: off // 2 + 1].max(), abs=1.0)
