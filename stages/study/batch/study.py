@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import nested, with_bar
+from ....pipeline.core.measures import nested
 from ....pipeline.core.messages import bound_in_words, how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
@@ -198,10 +198,6 @@ def _takes(rows: Sequence[Row]) -> Markup:
         "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
         "errors of angles": [ERRORS_OF_ANGLES.get(row.get("angle_errors", "")) for row in rows],
         "up known to within (°, 90 %)": _written(rows, "up_bound_deg", bound_in_words),
-        "expected rotation error (°)": _written(rows, "error_deg_mean", bound_in_words),
-        "bone lengths vary by (%)": _written(
-            rows, "bone_length_spread", lambda share: with_bar(100 * share, None)
-        ),
         "warnings": [sum(each["weight"] in WARNS for each in row.get("notices", ())) for row in rows],
     }
     about = (

@@ -135,7 +135,12 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
         reason = next((code for code, holds in reasons.items() if holds), "")
         error = error if reason in ("", "poses-doubtful") else float("nan")
         differences.append(Change(group, item, part, unit, *values, errors, error, reason))
-    return _tested(differences)
+    # Those that are told are tested against chance all at once.
+    chances = [change.chance for change in differences if not change.reason]
+    tested = iter(differing(np.array(chances or [1.0])))
+    return [
+        change if change.reason else change._replace(differs=bool(next(tested))) for change in differences
+    ]
 
 
 def _error(
@@ -147,16 +152,6 @@ def _error(
     if between is not None and figures[0] is not None and figures == figures[:1] * 2:
         return difference_sd(figures[0], errors, between)
     return math.hypot(*errors)
-
-
-def _tested(differences: list[Change]) -> list[Change]:
-    """The same, with those that are told tested against chance all at once."""
-    tested = iter(
-        differing(np.array([change.chance for change in differences if not change.reason] or [1.0]))
-    )
-    return [
-        change if change.reason else change._replace(differs=bool(next(tested))) for change in differences
-    ]
 
 
 def _figures() -> Iterator[tuple[str, tuple[str, ...], str, str]]:

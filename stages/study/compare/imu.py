@@ -11,7 +11,7 @@ sum(conj(imu) video), and the correlation's horizontal part its length. Both clo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -144,6 +144,12 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
     if not poses.frame.metric:
         scale = float(np.sqrt(imu[both].var(axis=0).sum() / video[both].var(axis=0).sum()))
         notices.append(notice("imu-scale-fitted", metres=scale))
+    notices += doubts_of_level(run, run.name)
+    if r < WEAK:
+        notices.append(notice("imu-weak", r=r))
+    elif second > AMBIGUOUS * r:
+        so = f"Another lag may be the right one: {NARROW}."
+        notices.append(notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so))
     video, imu = (np.where(both[:, None], of - of[both].mean(axis=0), np.nan) for of in (scale * video, imu))
     return Sensed(
         segment=segment,
@@ -159,7 +165,7 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
         video=video,
         imu=imu,
         agreement=_agreement(video[both], imu[both]),
-        notices=(*notices, *_doubts(run, r, second)),
+        notices=tuple(notices),
     )
 
 
@@ -173,15 +179,6 @@ def _agreement(video: np.ndarray, imu: np.ndarray) -> dict[str, dict[str, float]
         }
         for axis, of_run, of_sensor in zip(_AXES, *columns, strict=True)
     }
-
-
-def _doubts(run: Take, r: float, second: float) -> Iterator[Notice]:
-    yield from doubts_of_level(run, run.name)
-    if r < WEAK:
-        yield notice("imu-weak", r=r)
-    elif second > AMBIGUOUS * r:
-        so = f"Another lag may be the right one: {NARROW}."
-        yield notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so)
 
 
 def aligned(
