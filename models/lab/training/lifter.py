@@ -57,39 +57,30 @@ _SOFT_M = 0.03  # of depth: keeps the slope finite where a bone is seen at its f
 _DISTANCE = 0.37
 
 
-@dataclass(frozen=True)
-class NetConfig:
-    """width: channels of a joint's token. trunk: channels of what mixes joints and frames. dilations: one block each,
-    in frames."""
-
-    width: PositiveInt = 48
-    trunk: PositiveInt = 384
-    dilations: tuple[PositiveInt, ...] = (1, 3, 9, 27, 1, 3, 9, 1)
-
-    @property
-    def reach(self) -> int:
-        """Frames on each side that a frame's answer depends on."""
-        return sum(self.dilations)
+# What is built.
+WIDTH = 48  # channels of a joint's token
+TRUNK = 384  # channels of what mixes joints and frames
+DILATIONS = (1, 3, 9, 27, 1, 3, 9, 1)  # one block each, in frames
 
 
 class Block(nn.Module):
-    """Of tokens (B, T, 18, width): all of a frame go through the trunk, which looks at three frames `dilation` apart,
+    """Of tokens (B, T, 18, WIDTH): all of a frame go through the trunk, which looks at three frames `dilation` apart,
     and back; then the channels of each token are mixed by weights that all share. Pre-norm, residual."""
 
-    def __init__(self, width: int, trunk: int, dilation: int) -> None:
+    def __init__(self, dilation: int) -> None:
         super().__init__()
         self.dilation = dilation
-        self.norm = nn.LayerNorm(width)
-        self.down = nn.Linear(_TOKENS * width, trunk)
-        self.mix = nn.Linear(3 * trunk, trunk)  # as a matrix product: faster on CPUs than a dilated Conv1d
-        self.back = nn.Linear(trunk, _TOKENS * width)
-        self.token_norm = nn.LayerNorm(width)
-        self.widen = nn.Linear(width, 2 * width)
-        self.out = nn.Linear(2 * width, width)
+        self.norm = nn.LayerNorm(WIDTH)
+        self.down = nn.Linear(_TOKENS * WIDTH, TRUNK)
+        self.mix = nn.Linear(3 * TRUNK, TRUNK)  # as a matrix product: faster on CPUs than a dilated Conv1d
+        self.back = nn.Linear(TRUNK, _TOKENS * WIDTH)
+        self.token_norm = nn.LayerNorm(WIDTH)
+        self.widen = nn.Linear(WIDTH, 2 * WIDTH)
+        self.out = nn.Linear(2 * WIDTH, WIDTH)
         with torch.no_grad():
             # Starts as a network for single frames; what frames before and after add is learned.
-            self.mix.weight[:, :trunk] = 0
-            self.mix.weight[:, 2 * trunk :] = 0
+            self.mix.weight[:, :TRUNK] = 0
+            self.mix.weight[:, 2 * TRUNK :] = 0
 
     def forward(self, x: Tensor) -> Tensor:
         near = nn.functional.gelu(self._mixed(self.down(self.norm(x).flatten(-2))))
@@ -122,19 +113,19 @@ class LifterNet(nn.Module):
     lengths: Tensor
     chains: Tensor
 
-    def __init__(self, config: NetConfig) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.enter = nn.Linear(6, config.width)
-        self.enter_frame = nn.Linear(CHANNELS - 4 * _JOINTS, config.width)
-        self.which = nn.Embedding(_TOKENS, config.width)  # which joint a token is of
-        self.blocks = nn.ModuleList(Block(config.width, config.trunk, d) for d in config.dilations)
-        self.norm = nn.LayerNorm(config.width)
-        self.leave = nn.Linear(config.width, 3)  # across: of a joint that was not seen
-        self.leave_off = nn.Linear(config.width, 2)
-        self.leave_distance = nn.Linear(config.width, 1)
-        self.leave_bone = nn.Linear(config.width, 2)  # of the bone that ends in the joint
-        self.leave_sd = nn.Linear(config.width, 2)
-        self.leave_velocity = nn.Linear(config.width, 3)
+        self.enter = nn.Linear(6, WIDTH)
+        self.enter_frame = nn.Linear(CHANNELS - 4 * _JOINTS, WIDTH)
+        self.which = nn.Embedding(_TOKENS, WIDTH)  # which joint a token is of
+        self.blocks = nn.ModuleList(Block(dilation) for dilation in DILATIONS)
+        self.norm = nn.LayerNorm(WIDTH)
+        self.leave = nn.Linear(WIDTH, 3)  # across: of a joint that was not seen
+        self.leave_off = nn.Linear(WIDTH, 2)
+        self.leave_distance = nn.Linear(WIDTH, 1)
+        self.leave_bone = nn.Linear(WIDTH, 2)  # of the bone that ends in the joint
+        self.leave_sd = nn.Linear(WIDTH, 2)
+        self.leave_velocity = nn.Linear(WIDTH, 3)
         nn.init.normal_(self.which.weight, std=0.5)
         for layer in (self.leave_off, self.leave_distance, self.leave_bone, self.leave_sd):
             nn.init.zeros_(layer.weight)
@@ -152,7 +143,7 @@ class LifterNet(nn.Module):
         return self.answer(self.hidden(self.tokens(features)), features)
 
     def tokens(self, features: Tensor) -> Tensor:
-        """(B, T, 18, width): what each joint shows; the last token is the frame's own: place, size and up."""
+        """(B, T, 18, WIDTH): what each joint shows; the last token is the frame's own: place, size and up."""
         shown, there = _bones(features)
         shown = _DISTANCE * shown
         depth = _depth(self.lengths, shown)
@@ -167,7 +158,7 @@ class LifterNet(nn.Module):
         return torch.cat([self.enter(own), frame], dim=-2) + self.which.weight
 
     def hidden(self, tokens: Tensor) -> Tensor:
-        """(B, T, 18, width): all layers but the first and last ones, which bfloat16 would round to millimetres."""
+        """(B, T, 18, WIDTH): all layers but the first and last ones, which bfloat16 would round to millimetres."""
         for block in self.blocks:
             tokens = block(tokens)
         return tokens
@@ -414,12 +405,13 @@ def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.dev
     return figures | {"score": float(np.mean([*figures.values()]))}
 
 
-def export(net: LifterNet, path: Path, **properties: object) -> None:
+def export(net: LifterNet, path: Path) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
-    "velocity" (B, T, 17, 3), any B and T. Matrices are kept in half precision. properties: kept in the file's metadata;
-    the run time needs `reach`."""
+    "velocity" (B, T, 17, 3), any B and T. Matrices are kept in half precision; the metadata say of how many frames on
+    each side an answer depends (`reach`), and on whom it was trained."""
     inputs, outputs = {"features": torch.zeros(2, 90, CHANNELS)}, ("joints", "sd", "velocity")
-    write_onnx(net, path, inputs, ("batch", "frames"), outputs, properties, half=True)
+    said = {"reach": sum(DILATIONS), "trained_on": "train"}
+    write_onnx(net, path, inputs, ("batch", "frames"), outputs, said, half=True)
 
 
 # Weights of the loss's parts beside the mean distance of joints in metres:
@@ -440,7 +432,6 @@ class TrainConfig(Training):
     # several times faster; then windows teach what time adds.
     single: NonNegativeInt = 0
     lengths: dict[PositiveInt, Weight] = Field(min_length=1)  # of windows, in frames: how often
-    net: NetConfig = NetConfig()
     material: Material
 
 
@@ -449,7 +440,7 @@ def train(config: TrainConfig, output: Path, device: Device = "cpu") -> None:
     on = device_of(device)
     torch.manual_seed(config.seed)
     clips = {"train": read_clips("train"), "val": read_clips("val")}
-    net = LifterNet(config.net).to(on)
+    net = LifterNet().to(on)
     # On a GPU one graph instead of thousands of small operations; on a CPU it gains nothing.
     layers = torch.compile(net.hidden, dynamic=False) if on.type == "cuda" else net.hidden
     windows, takes = Windows(clips["train"], config.material, on), whole_takes(clips["val"])
@@ -463,7 +454,7 @@ def train(config: TrainConfig, output: Path, device: Device = "cpu") -> None:
 
     matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
     best = fit(net, matrices, config, fingerprint(clips), loss_of, lambda net: judged(net, takes, on), output)
-    export(best, output / "lifter.onnx", reach=config.net.reach, trained_on="train")
+    export(best, output / "lifter.onnx")
 
 
 def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch) -> Tensor:

@@ -16,7 +16,7 @@ from pcnet3d.models.lab.synthetic.draw import Draw
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import lifter as module
-from pcnet3d.models.lab.training.lifter import Batch, LifterNet, Material, NetConfig, Windows
+from pcnet3d.models.lab.training.lifter import Batch, LifterNet, Material, Windows
 from pcnet3d.models.lifter import features as run_time
 from pcnet3d.models.lifter.builtin import network
 from pcnet3d.models.lifter.builtin import run as lift_features
@@ -26,6 +26,13 @@ from refusals import refused
 
 LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    """The networks here."""
+    for name, value in (("WIDTH", 4), ("TRUNK", 16), ("DILATIONS", (1, 3))):
+        monkeypatch.setattr(module, name, value)
 
 
 @pytest.fixture
@@ -103,7 +110,7 @@ def test_joints_that_were_seen_lie_on_their_rays_but_for_what_is_learned(clips, 
     exact = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
     monkeypatch.setattr(module, "detect", partial(module.detect, noise=exact))
     x = windows.batch(Draw(3, 0), 6, 10).x
-    net = LifterNet(NetConfig(8, 16, (1, 3)))
+    net = LifterNet()
     torch.nn.init.normal_(net.leave_bone.weight)
     hidden = net.hidden(net.tokens(x)).detach()
     joints = net.answer(hidden, x)[0].detach()
@@ -147,7 +154,7 @@ def test_a_run_gives_a_network_that_the_run_time_answers_alike(run):
     assert {"typical", "wild", "wild_up", "score", "loss"} < lines[0].keys()
     opened = network(out / "lifter.onnx")
     assert (opened.reach, opened.trained_on) == (4, "train")
-    net = LifterNet(NetConfig(4, 16, (1, 3))).eval()
+    net = LifterNet().eval()
     net.load_state_dict(torch.load(out / "best.pt", weights_only=True))
     for value in net.parameters():
         if value.ndim > 1:
