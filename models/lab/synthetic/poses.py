@@ -49,22 +49,7 @@ class PoseRange:
     laid: Share = 0.0
 
 
-def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
-    """joints (B, T, 17, 3) metres, +Z up, after the range's changes; bone lengths stay. other: (B, T, 17, 3), motions
-    to take limbs from."""
-    out = joints
-    if poses.swung:
-        out = _swung(out, draw, poses.swung, _TRUNK_SWUNG)
-    if poses.limbs_swung:
-        out = _swung(out, draw, poses.limbs_swung, _LIMBS_SWUNG)
-    if poses.exchanged or poses.sampled:
-        out = _other_limbs(out, other, draw, poses, fps)
-    if poses.turned or poses.leaning or poses.laid:
-        out = _turned(out, draw, poses, fps)
-    return out
-
-
-def trunk_frames(joints: Tensor) -> dict[str, Tensor]:
+def _trunk_frames(joints: Tensor) -> dict[str, Tensor]:
     """{"leg", "arm": R_world_from_trunk (..., 3, 3)}: columns front, left, up of the end that such a limb hangs on."""
     return {
         "leg": _frame(joints, ("r_hip", "l_hip"), ("pelvis", "spine")),
@@ -74,7 +59,7 @@ def trunk_frames(joints: Tensor) -> dict[str, Tensor]:
 
 def _other_limbs(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
     count, frames = joints.shape[:2]
-    out, own, theirs = joints.clone(), trunk_frames(joints), trunk_frames(other)
+    out, own, theirs = joints.clone(), _trunk_frames(joints), _trunk_frames(other)
     exchanged, sampled = draw.share(poses.exchanged, count), draw.share(poses.sampled, count)
     for (side, kind), names in _LIMBS.items():
         rows = H36M17.indices(names)
@@ -208,10 +193,17 @@ def varied(
 
     bodies: what bodies are drawn from. people: (N, ...) of bodies.proportions. fps: of the motion.
     """
-    motion = captured(count)
+    motion, poses = captured(count), of.poses
     mixed = round(of.combined * count)
     if mixed:
         motion = torch.cat([combine(motion[:mixed], captured(mixed)), motion[mixed:]])
-    # Another order of the same motions: poses to take limbs from.
-    motion = posed(motion, motion.roll(1, 0), draw, of.poses, fps)
+    other = motion.roll(1, 0)  # another order of the same motions: poses to take limbs from
+    if poses.swung:
+        motion = _swung(motion, draw, poses.swung, _TRUNK_SWUNG)
+    if poses.limbs_swung:
+        motion = _swung(motion, draw, poses.limbs_swung, _LIMBS_SWUNG)
+    if poses.exchanged or poses.sampled:
+        motion = _other_limbs(motion, other, draw, poses, fps)
+    if poses.turned or poses.leaning or poses.laid:
+        motion = _turned(motion, draw, poses, fps)
     return vary(motion, draw, bodies, people, of.real)

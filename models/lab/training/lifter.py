@@ -309,8 +309,6 @@ class Windows:
         whole = offset.floor()
         part = (offset - whole)[..., None, None]
         before = (self.starts[clip][:, None] + whole).long()
-        if step == 1.0:
-            return self.joints[before]
         after = (before + 1).clamp_max(len(self.joints) - 1)
         return torch.lerp(self.joints[before], self.joints[after], part)
 

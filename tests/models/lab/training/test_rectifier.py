@@ -16,8 +16,9 @@ from golden.trainings import tiny
 from pcnet3d.models.common import vectors
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
+from pcnet3d.models.lab.synthetic.bodies import BodyRange
 from pcnet3d.models.lab.synthetic.draw import Draw
-from pcnet3d.models.lab.synthetic.poses import PoseRange, posed
+from pcnet3d.models.lab.synthetic.poses import MotionRange, PoseRange, varied
 from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import rectifier as module
@@ -187,7 +188,10 @@ def test_turned_and_laid_bodies_lie_under_the_worlds_own_up(people):
 
 def test_a_swing_of_limbs_bends_no_knee_and_stretches_nothing(people):
     joints = torch.from_numpy(people[0].joints)[:, None]
-    swung = posed(joints, joints, Draw(0, 0), PoseRange(limbs_swung=1.0), 30.0)[:, 0].numpy()
+    of, bodies = MotionRange(poses=PoseRange(limbs_swung=1.0)), BodyRange(unchanged=1.0, mirrored=0.0)
+    swung = varied(lambda count: joints, len(joints), Draw(0, 0), of, bodies, torch.zeros(0, 17), 30.0)[
+        :, 0
+    ].numpy()
     np.testing.assert_allclose(bone_lengths(swung), bone_lengths(people[0].joints), atol=1e-5)
     for names, typical in ((("l_hip", "l_knee", "l_ankle"), 10), (("r_shoulder", "r_elbow", "r_wrist"), 20)):
         rows = H36M17.indices(names)
