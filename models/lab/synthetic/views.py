@@ -53,12 +53,6 @@ def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
     return CAMERA_FROM_SOURCE @ R.as_matrix()
 
 
-def mixed_views(rng: np.random.Generator, count: int, wide: float) -> np.ndarray:
-    """The same (count, 3, 3) of which a share is `wide`, the others the paper's."""
-    some = rng.uniform(size=count) < wide
-    return np.where(some[:, None, None], views("wide", rng, count), views("paper", rng, count))
-
-
 def seen(
     joints_world: np.ndarray, R_camera_from_body: np.ndarray, targets: Targets = "body"
 ) -> tuple[np.ndarray, np.ndarray]:

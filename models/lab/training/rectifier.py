@@ -43,7 +43,6 @@ from ..synthetic.views import (
     Lifted,
     Targets,
     View,
-    mixed_views,
     read_lifted,
     seen,
     views,
@@ -383,9 +382,10 @@ class TrainingFrames:
         world = varied(captured, count, draw, mixture, self.bodies, self.people, _FPS)
         if mixture.redefined:
             world = redefined(world, draw, mixture.redefined)
-        views = mixed_views(draw.rng, count, mixture.wide)
-        shown, fine = seen(world[:, 0].cpu().numpy(), views, self.targets)
-        truth, R = (torch.from_numpy(x[fine]).float().to(self.device) for x in (shown, views))
+        wide = (draw.rng.uniform(size=count) < mixture.wide)[:, None, None]
+        turns = np.where(wide, views("wide", draw.rng, count), views("paper", draw.rng, count))
+        shown, fine = seen(world[:, 0].cpu().numpy(), turns, self.targets)
+        truth, R = (torch.from_numpy(x[fine]).float().to(self.device) for x in (shown, turns))
         joints = flipped(truth, draw, mixture.flipped) if mixture.flipped else truth
         if mixture.noisy:
             joints = noisy(joints, draw, mixture.noisy)
