@@ -7,7 +7,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.metadata import version
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -53,23 +53,16 @@ class MadeBy:
 UNSAID = MadeBy()
 
 
-class PerFrame(NamedTuple):
-    """A field of PoseSequence with a row a frame. trailing: the shape of a row, in letters: J joints, D coordinates.
-    gaps: a frame without data has NaN there."""
-
-    dtype: type
-    trailing: str = ""
-    gaps: bool = True
-
-
+# The fields of PoseSequence with a row a frame: their type, and the shape of a row in letters: J joints, D coordinates.
 # Checks, rows, frames that are put in, and whatever else takes a sequence apart go by this and the path.
-PER_FRAME = {
-    "joints": PerFrame(np.float32, "JD"),
-    "confidence": PerFrame(np.float32, "J"),
-    "time_s": PerFrame(np.float64, gaps=False),
-    "frame_index": PerFrame(np.int64, gaps=False),
-    "covariance": PerFrame(np.float32, "JDD"),
+_PER_FRAME: dict[str, tuple[type, str]] = {
+    "joints": (np.float32, "JD"),
+    "confidence": (np.float32, "J"),
+    "time_s": (np.float64, ""),
+    "frame_index": (np.int64, ""),
+    "covariance": (np.float32, "JDD"),
 }
+_OF_JOINTS = [name for name, (_, trailing) in _PER_FRAME.items() if trailing]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +115,8 @@ class PoseSequence:
 
     def __post_init__(self) -> None:
         arrays = {
-            name: owned(values, field.dtype)
-            for name, field in PER_FRAME.items()
+            name: owned(values, dtype)
+            for name, (dtype, _) in _PER_FRAME.items()
             if (values := getattr(self, name)) is not None
         }
         joints, dims = arrays["joints"], self.frame.dims
@@ -146,8 +139,7 @@ class PoseSequence:
         confidence = arrays.setdefault("confidence", np.full(joints.shape[:2], np.nan, np.float32))
         sizes = {"J": len(self.layout), "D": dims}
         for name, array in arrays.items():
-            trailing = PER_FRAME[name].trailing
-            check_shape(name, array, (rows, *(sizes[letter] for letter in trailing)))
+            check_shape(name, array, (rows, *(sizes[letter] for letter in _PER_FRAME[name][1])))
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
@@ -234,7 +226,7 @@ class PoseSequence:
     def rows(self, start: int, stop: int) -> PoseSequence:
         """A copy of rows `start` to `stop`, without the last, as of a list. InputError where there are none."""
         seams = tuple(seam - start for seam in self.seams if start < seam < stop)
-        return replace(self, **self._each(PER_FRAME, lambda values: values[start:stop]), seams=seams)
+        return replace(self, **self._each(_PER_FRAME, lambda values: values[start:stop]), seams=seams)
 
     def on_frames(self, frame_index: np.ndarray, time_s: np.ndarray) -> PoseSequence:
         """A copy with a row for each of these frames (N,), which increase and are all of its own and others, at these
@@ -246,12 +238,11 @@ class PoseSequence:
             result[rows] = values
             return result
 
-        fields = self._each([name for name, field in PER_FRAME.items() if field.gaps], spread)
-        seams = tuple(rows[list(self.seams)])
+        fields, seams = self._each(_OF_JOINTS, spread), tuple(rows[list(self.seams)])
         return replace(self, **fields, frame_index=frame_index, time_s=time_s, seams=seams)
 
     def _each(self, names: Iterable[str], function: Callable[[np.ndarray], np.ndarray]) -> dict[str, Any]:
-        """The function's answer for each of these fields of PER_FRAME and for the path, where the sequence has them."""
+        """The function's answer for each of these per-frame fields and for the path, where the sequence has them."""
         held = {name: getattr(self, name) for name in names}
         answers = {name: function(values) for name, values in held.items() if values is not None}
         return answers if self.path is None else {**answers, "path": self.path.each(function)}
@@ -261,8 +252,7 @@ class PoseSequence:
         """The same in H36M17, without the heels and toes that stand behind; of another layout itself."""
         if self.layout == H36M17 or not self.layout.is_body:
             return self
-        of_joints = [name for name, field in PER_FRAME.items() if field.trailing.startswith("J")]
-        fields = self._each(of_joints, lambda values: values[:, : len(H36M17)])
+        fields = self._each(_OF_JOINTS, lambda values: values[:, : len(H36M17)])
         return replace(self, **{**fields, "layout": H36M17, "path": self.path})
 
     def with_(self, **changes: Any) -> PoseSequence:

@@ -14,7 +14,6 @@ from .camera import Camera
 from .errors import InputError, needed_for
 from .measures import Measures
 from .messages import in_one_line
-from .movement import dataset_of
 from .notices import Notice, grave, verdict, without_doubles
 from .pose import PoseSequence, Rectified, Step
 
@@ -319,9 +318,24 @@ class Take:
         return pandas.DataFrame({"frame": poses.frame_index, "time_s": poses.times, **columns})
 
     def to_xarray(self) -> xarray.Dataset:
-        """The joints in LEVEL, unfiltered, in the layout of the package `movement` (core/movement.py). Needs xarray;
-        InputError without it, and for a take that has not been rectified."""
-        return dataset_of(self.need("rectified").level)
+        """The joints in LEVEL, unfiltered, in the layout of the package `movement` (of 0.17, whose
+        validators/datasets.py calls dimensions in the singular): `position` (time, space, keypoint, individual) and
+        `confidence` (time, keypoint, individual). Needs xarray; InputError without it, without time stamps, and for a
+        take that has not been rectified."""
+        level = self.need("rectified").level
+        coordinates = {
+            "time": level.times, "space": list("xyz"), "keypoint": list(level.layout.joints),
+            "individual": [level.person],
+        }  # fmt: skip
+        axes = {"units": level.frame.unit, "axes": str(level.frame)}
+        variables = {
+            "position": (tuple(coordinates), np.swapaxes(level.joints, 1, 2)[..., None], axes),
+            "confidence": (("time", "keypoint", "individual"), level.confidence[..., None], {}),
+        }
+        whole = {"ds_type": "poses", "source_software": "pcnet3d", "time_unit": "seconds", "fps": level.fps}
+        with needed_for("to_xarray", "xarray"):
+            import xarray
+        return xarray.Dataset(variables, coordinates, whole)
 
 
 def in_single(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -26,7 +26,6 @@ def test_spans_of_time_in_a_sentence():
     assert messages.spans_in_words(spans, 1) == "0.50 to 1.00 s and 2 more times"
     assert messages.spans_in_words(spans, 2) == "0.50 to 1.00 s, 2.00 to 3.00 s and 1 more time"
     assert messages.spans_in_words(spans) == "0.50 to 1.00 s, 2.00 to 3.00 s, 4.00 to 5.12 s"
-    assert messages.spans_in_words([(1, 2.1), (4, 5), (1.004, 2)]) == "1.00 to 2.10 s, 4.00 to 5.00 s"
 
 
 def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
