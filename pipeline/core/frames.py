@@ -52,23 +52,14 @@ class Frame:
     unit: str = "m"
 
     def __post_init__(self) -> None:
-        if self.family not in _DIRECTIONS:
-            raise InputError(
-                "bad-value", f"Expected a frame family of {', '.join(_DIRECTIONS)}; got '{self.family}'."
-            )
-        if self.unit not in UNITS:
-            raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
-        directions = _DIRECTIONS[self.family]
-        if not directions.keys() >= {*self.axes}:
+        directions = _DIRECTIONS.get(self.family, {})
+        square = (self.dims, self.dims)
+        known = self.unit in UNITS and directions.keys() >= {*self.axes} and self.basis.shape == square
+        if not known or abs(np.linalg.det(self.basis)) < 0.5:
             raise InputError(
                 "bad-value",
-                f"Expected {self.family} axes of {', '.join(directions)}; got {', '.join(self.axes)}.",
-            )
-        basis = self.basis
-        if basis.shape[0] != basis.shape[1] or abs(np.linalg.det(basis)) < 0.5:
-            raise InputError(
-                "bad-value",
-                f"Expected {basis.shape[1]} independent axes for frame {self.name}, got {self.axes}.",
+                f"Expected a frame of {', '.join(_DIRECTIONS)}, with as many independent axes of its directions "
+                f"({', '.join(directions)}), in {', '.join(UNITS)}; got {self.family}, {self.axes}, {self.unit}.",
             )
 
     @property
