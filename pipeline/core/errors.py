@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from .messages import in_one_line
-from .refusals import REFUSALS, Refusal
+from .refusals import REFUSALS
 
 _LONGEST = 1000  # characters; names and values out of a file may be of any length
 
@@ -20,9 +20,9 @@ class InputError(ValueError):
     printable characters, and its middle is left out when it is long. The command line prints it and exits with code 2.
     """
 
-    code: Refusal
+    code: str
 
-    def __init__(self, code: Refusal, message: str) -> None:
+    def __init__(self, code: str, message: str) -> None:
         if code not in REFUSALS:
             raise TypeError(f"Expected a code of {', '.join(REFUSALS)}; got '{code}'.")
         shown = in_one_line(message)
