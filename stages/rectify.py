@@ -90,9 +90,8 @@ def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, 
     if own > 0.5 and verdict(judged) == "unusable":  # up rests mostly on these poses
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices.append(notice("up-of-unusable"))
-    inverted = any(finding.code == "upside-down" for finding in judged)
-    if (lying := nobody_upright(rectified)) and not inverted:
-        notices.append(lying)
+    if not any(finding.code == "upside-down" for finding in judged):
+        notices += nobody_upright(rectified)
     return rectified, notices
 
 

@@ -117,7 +117,7 @@ class Told:
                 raise InputError("bad-value", f"Expected {name} to be one of {expected}; got '{value}'.")
         direction = None if self.gravity is None else float(np.linalg.norm(self.gravity))
         figures = (
-            (direction, 0, np.inf, "a gravity of any length, such as 0,1,0 (down in the image)"),
+            (direction, 0, np.inf, "a direction for gravity, such as 0,1,0 (down in the image)"),
             (self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
             (self.stature_m, *STATURES_M, "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
             (min(self.image_size or (2,)), 1, np.inf, "sides of an image of 2 pixels or more (--set read.image_size)"),
@@ -130,8 +130,8 @@ class Told:
         if bool(angles) + (direction is not None) + self.moving > 1:
             raise InputError(
                 "option-conflict",
-                "Expected the camera's gravity, or its pitch and roll, or a moving camera, which has no single ones; "
-                "leave the others out.",
+                "Expected the camera's gravity, or its pitch and roll, not both. A moving camera has no single one of "
+                "these; leave them out.",
             )
         if not all(abs(angle) <= 180 for angle in angles):
             raise InputError("bad-value", f"Expected pitch and roll in degrees, got {pitch} and {roll}.")

@@ -24,7 +24,7 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm, rotate
 from .checks import empty_rows
-from .filters import stretches
+from .filters import on_lines, stretches
 from .windows import ranked
 
 _ENOUGH = limit("rows.tell")
@@ -390,14 +390,8 @@ def _ends(points: PoseSequence) -> np.ndarray | None:
     goes_on = np.ones(len(paths), dtype=bool)
     goes_on[1:] = (np.diff(paths, axis=0) != 0).any(axis=1)
     paths = paths[goes_on]
-    rows = np.arange(len(paths))
-    visible = np.isfinite(paths)
-    whole = [
-        np.interp(rows, rows[there], path[there])
-        for path, there in zip(paths.T, visible.T, strict=True)
-        if there.mean() > 0.5
-    ]
-    return np.stack(whole, axis=-1) if whole and len(rows) >= _ENOUGH else None
+    whole = [on_lines(path, np.arange(len(path))) for path in paths.T if np.isfinite(path).mean() > 0.5]
+    return np.stack(whole, axis=-1) if whole and len(paths) >= _ENOUGH else None
 
 
 def _listed(layout: Layout, unseen: np.ndarray) -> str:

@@ -196,34 +196,33 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
     return [notice("upside-down", share_percent=100 * share, what=what)]
 
 
-def nobody_upright(rectified: Rectified) -> Notice | None:
+def nobody_upright(rectified: Rectified) -> list[Notice]:
     """A notice where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
     that is turned by 90 or 180 degrees say the same as those of an upright one. None elsewhere, and where the source
     knows its own up or the user has told most of it. Suspicious unless the pelvis is known to stay where it is, as that
     of a person who lies does."""
     by_user = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
     if not rectified.level_ok or rectified.in_world or by_user > 0.5:
-        return None
+        return []
     return _off_up(rectified.level, "nobody-upright")
 
 
 def on_its_side(poses: PoseSequence) -> list[Notice]:
     """The same of a world's own up, which may be another axis than the one that was told: a walker moved along it, or
     kicked. poses: H36M17; joints alone do not tell a person who lies, but one whose pelvis travels hardly lies."""
-    doubt = _off_up(poses, "on-its-side") if poses.frame.family == "world" else None
-    return [doubt] if doubt else []
+    return _off_up(poses, "on-its-side") if poses.frame.family == "world" else []
 
 
-def _off_up(poses: PoseSequence, code: str) -> Notice | None:
+def _off_up(poses: PoseSequence, code: str) -> list[Notice]:
     """A notice of that code where the trunk is far off up, in LEVEL's or a world's axes, nearly all the time."""
     least_deg = limit("nobody-upright.off")
     off_deg = angle_deg(poses.joint("thorax") - poses.joint("pelvis"), poses.frame.basis @ _UP["world"])
     off_deg = off_deg[np.isfinite(off_deg)]
     share = float((off_deg > least_deg).mean()) if len(off_deg) else 0.0
     if share < limit("upside-down.share"):
-        return None
+        return []
     weight: Weight = "warning" if _stays(poses) else "suspicious"
-    return notice(code, weight=weight, off_deg=least_deg, share_percent=100 * share)
+    return [notice(code, weight=weight, off_deg=least_deg, share_percent=100 * share)]
 
 
 def _stays(level: PoseSequence) -> bool:

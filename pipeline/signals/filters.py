@@ -37,11 +37,9 @@ def breaks(poses: PoseSequence) -> tuple[int, ...]:
 def rate(time_s: np.ndarray) -> float:
     """Rows a second of time_s (T,), gaps left out; NaN for a single row."""
     steps = np.diff(time_s)
-    return (
-        float(1 / steps[steps <= limit("gaps.usual") * np.median(steps)].mean())
-        if len(steps)
-        else float("nan")
-    )
+    if not len(steps):
+        return float("nan")
+    return float(1 / steps[steps <= limit("gaps.usual") * np.median(steps)].mean())
 
 
 def nearest_row(time_s: np.ndarray, at_s: np.ndarray | float) -> np.ndarray:

@@ -105,7 +105,7 @@ def _up(take: Take) -> Check:
         return name, "care", [f"{texts[0]} So {_TO_GRAVITY} are uncertain."]
     rests = up_rests_on(rectified)
     if turned := nobody_upright(rectified):
-        return name, "care", [*texts, turned.text, rests]
+        return name, "care", [*texts, turned[0].text, rests]
     if bound[1] <= _WELL:
         return name, "good", [*texts, rests]
     tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"

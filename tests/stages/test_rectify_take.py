@@ -166,7 +166,7 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     )
     assert turned.rectified.level_ok
     assert turned.notices[-1].code == "nobody-upright"
-    assert nobody_upright(turned.rectified) == turned.notices[-1]
+    assert nobody_upright(turned.rectified) == [turned.notices[-1]]
     assert not nobody_upright(upright.rectified)
     said = turned.with_(
         findings=(notice("upside-down", share_percent=90, what="turn the image before the run"),)
@@ -181,7 +181,7 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     for step, weight in ((0.0, "warning"), (0.05, "suspicious")):  # of the pelvis, metres a frame
         root = np.arange(len(joints))[:, None] * np.array([step, 0.0, 0.0])
         placed = replace(turned.rectified, level=turned.rectified.level.with_(path=RootPath(root)))
-        assert nobody_upright(placed).weight == weight
+        assert nobody_upright(placed)[0].weight == weight
 
 
 def test_options_that_cannot_be_are_refused_before_anything_is_computed():
