@@ -20,7 +20,7 @@ import numpy as np
 
 from ....pipeline.core.figures import FIGURES
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import SD_90, Measures
+from ....pipeline.core.measures import Measures
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
 from ...common.metrics import relative
@@ -43,7 +43,7 @@ from ...gait.parameters import length_values
 from ...gait.take_walks import SIDES
 from ..common.metrics import Figure, Row, mean
 from ..mocap.contact import true_contact
-from .judge import Stated, summed
+from .judge import Stated, bar, summed
 from .runs import Configuration, Finished, finished
 from .testbed import SeenTake, filtered
 
@@ -170,24 +170,23 @@ def walks(one: Finished, true: Gait) -> Iterator[Stated]:
         return
     values = _values(part, one.truth)
     means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
-    person = one.truth.subject
 
     def half(row: str) -> float:
         figure = walking.figure(row)
-        return np.nan if figure is None or figure.error is None else SD_90 * figure.error
+        return bar(None if figure is None else figure.error)
 
     for row, name in [*_ROWS.items(), ("cadence", "cadence")]:
         found = walking.value(row)
         of = 60 / means["step_time_s"] if row == "cadence" else means[name]
         if found is not None and np.isfinite(of):
-            yield Stated.figure(name, person, found, of, half(row))
+            yield one.figure(name, found, of, half(row))
     for row, name in _ROWS.items():
         right, left = (walking.group(side).value(row) for side in SIDES)
         off = mean(values[name]["r"]) - mean(values[name]["l"])
         if right is not None and left is not None and np.isfinite(off):
             size = (right + left) / 2
-            bar = half(_COMPARED[row]) / 100 * size if row in _COMPARED else np.nan
-            yield Stated.figure(name + SIDES_APART, person, right - left, off, bar)
+            of_sides = half(_COMPARED[row]) / 100 * size if row in _COMPARED else np.nan
+            yield one.figure(name + SIDES_APART, right - left, off, of_sides)
 
 
 def _values(gait: Gait, truth: SeenTake) -> Values:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ....pipeline.core.measures import SD_90
 from ..common.metrics import Figure, by_person, interval
 
 COVERED = 0.9  # what "90 %" states
@@ -45,11 +46,6 @@ class Stated:
     known: Mapping[str, np.ndarray] = field(default_factory=dict)
     true: np.ndarray | None = None
 
-    @classmethod
-    def figure(cls, statement: str, person: str, found: float, true: float, half: float) -> Stated:
-        """One figure of a take."""
-        return cls(statement, person, np.array([found - true]), np.array([half]), true=np.array([true]))
-
     def judged(self) -> Stated:
         """Only the cases with an error and a bar."""
         return self.part(np.isfinite(self.error) & np.isfinite(self.half))
@@ -62,6 +58,11 @@ class Stated:
 
 
 Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
+
+
+def bar(error: float | None) -> float:
+    """Half the width of the 90 % bar of a standard deviation; NaN where none is stated."""
+    return float("nan") if error is None else SD_90 * error
 
 
 def by_statement(stated: Iterable[Stated]) -> dict[str, list[Stated]]:

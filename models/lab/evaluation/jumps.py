@@ -21,15 +21,13 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import SD_90
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.take import Take
 from ...place.flights import GRAVITY, Flight, flown
 from ..common.metrics import Row
 from ..mocap.clips import Clip
-from .judge import Stated, summed
-from .runs import Configuration, EvaluationSet, finished
+from .judge import Stated, bar, summed
+from .runs import Configuration, EvaluationSet, Finished, finished
 from .testbed import SeenTake
 
 _RULE_FPS = 30.0  # that the rule for captured flights is made for
@@ -78,24 +76,23 @@ def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
     return [each for each in flown(poses).flights if abs(each.fall * stature / GRAVITY - 1) < _FREE]
 
 
-def compared(take: Take, truth: SeenTake) -> Compared:
+def compared(one: Finished) -> Compared:
     """The jumps that a take's measures have, against the true ones; of both the error of each figure."""
-    stature, true = implied_stature(truth.truth), true_flights(truth)
-    jumps = take.figures.group("jumps")
+    stature, true = implied_stature(one.truth.truth), true_flights(one.truth)
+    jumps = one.done.figures.group("jumps")
     times = {one.number: one.value for one in jumps.repetitions("flight_time")}
     spans = [(start, start + times[i]) for i, start in enumerate(jumps.times("start"))]
     at = [next((of for of in true if start < of.land_s and of.off_s < stop), None) for start, stop in spans]
     others = [span for span, flight in zip(spans, at, strict=True) if flight is None]
-    hops = sum(_off_floor(truth, span, stature) for span in others)
+    hops = sum(_off_floor(one.truth, span, stature) for span in others)
     figures = []
     for statement, (name, factor) in _FIGURES.items():
         for row in jumps.repetitions(name):
             flight = at[row.number or 0]
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
-                half = SD_90 * factor * (np.nan if row.error is None else row.error)
-                pair = factor * row.value, factor * value
-                figures.append(Stated.figure(statement, truth.subject, *pair, half))
+                half = factor * bar(row.error)
+                figures.append(one.figure(statement, factor * row.value, factor * value, half))
     found = {flight.off_s for flight in at if flight is not None}
     return Compared(len(true), len(found), figures, hops, len(others) - hops)
 
@@ -122,7 +119,7 @@ def rows(asked: Configuration) -> Iterator[Row]:
             yield ("refused",), int(one.take is None)
             if one.take is None:
                 continue
-            of = compared(one.take, one.truth)
+            of = compared(one)
             counts = {
                 "takes": 1,
                 "true": of.true,

@@ -203,6 +203,11 @@ class Finished:
             statement, self.truth.subject, error, half, self.bins if known is None else known
         ).judged()
 
+    def figure(self, statement: str, found: float, true: float, half: float) -> Stated:
+        """Of the take, or a part of it."""
+        off, bars = np.array([found - true]), np.array([half])
+        return Stated(statement, self.truth.subject, off, bars, true=np.array([true]))
+
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""

@@ -29,7 +29,7 @@ from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import angle_rates, angle_series
 from ..common.metrics import person_size, scaled
 from .gait import true_gait, walks
-from .judge import Stated, by_statement, joined
+from .judge import Stated, bar, by_statement, joined
 from .jumps import compared
 from .runs import Finished
 from .testbed import accelerations, filtered
@@ -266,7 +266,7 @@ def of_figures(one: Finished) -> Iterator[Stated]:
     """Every figure with an error whose truth is known; nothing of a take that a run refuses or cannot level."""
     if not one.levelled:
         return
-    every = compared(one.done, one.truth).figures
+    every = compared(one).figures
     if one.static:
         of_walks = {each.statement: each for each in walks(one, true_gait(one.truth))}
         named = {statement: of_walks.get(name) for statement, name in _OF_WALKS.items()}
@@ -289,9 +289,8 @@ def movements(one: Finished) -> Iterator[Stated]:
     for names, movement in _MOVEMENTS.items():
         found = one.done.figures.group(*names)
         for figure, row, truth in same_rows(found, true.group(*names)):
-            half = np.nan if row.error is None else SD_90 * row.error
             known = one.reached() if row.number is None else one.reached(found.spans[row.number])
-            of = Stated.figure(f"{movement}: {figure}", one.truth.subject, row.value, truth.value, half)
+            of = one.figure(f"{movement}: {figure}", row.value, truth.value, bar(row.error))
             yield replace(of, known=known)
 
 
@@ -337,21 +336,20 @@ class Repeated(NamedTuple):
 
 def within(one: Finished) -> Iterator[Stated]:
     """Ranges of motion, right less left, and one repetition less another."""
-    every, person = ranges(one), one.truth.subject
+    every = ranges(one)
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
         for side in of:
-            yield Stated.figure(f"range of {both}", person, side.found, side.true, SD_90 * side.error)
+            yield one.figure(f"range of {both}", side.found, side.true, bar(side.error))
         index = one.done.figures.group("symmetry", both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             right, left = of
             size = (right.found + left.found) / 2  # an index in degrees, for that of small ranges has none
             pair = right.found - left.found, right.true - left.true
-            half = SD_90 * index.error / 100 * size
-            yield Stated.figure(f"right less left range of {both}", person, *pair, half)
+            yield one.figure(f"right less left range of {both}", *pair, bar(index.error) / 100 * size)
     for two in repetitions(one):
         off = float(near(np.array(two.found[0] - two.found[1] - two.true[0] + two.true[1]), 0.0))
-        yield Stated.figure("peak less peak", person, off, 0.0, two.mdc90)
+        yield one.figure("peak less peak", off, 0.0, two.mdc90)
 
 
 def ranges(one: Finished) -> dict[str, Ranged]:

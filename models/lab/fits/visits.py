@@ -23,7 +23,7 @@ import torch
 from torch import Tensor
 
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
-from ....pipeline.core.measures import SD_90, Measure
+from ....pipeline.core.measures import Measure
 from ....pipeline.core.rotations import rotate
 from ....pipeline.files.atomic import write_text
 from ....pipeline.running.progress import each
@@ -31,7 +31,7 @@ from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import Between, figure_of, range_sd, same_part, shipped
 from ..evaluation import judge
-from ..evaluation.judge import STRANGERS, Stated, by_statement
+from ..evaluation.judge import STRANGERS, Stated, bar, by_statement
 from ..evaluation.runs import Configuration, Finished, given, recipe_of
 from ..evaluation.statements import Ranged, ranges, repetitions
 from ..evaluation.testbed import BEDS, see
@@ -84,32 +84,32 @@ def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Stated]]:
                 continue
             if same_part(before.done.figures.group(*row.group), after.done.figures.group(*second.group)):
                 found, errors = (row.value, second.value), (row.error, second.error)
-                yield kind, difference(key[0], clip.subject, found, errors)
+                yield kind, difference(after, key[0], found, errors)
 
 
 def difference(
-    figure: str, person: str, found: tuple[float, float], errors: tuple[float, float], true: float = 0.0
+    of: Finished, figure: str, found: tuple[float, float], errors: tuple[float, float], true: float = 0.0
 ) -> Stated:
     """How wrong the second figure less the first is, where it truly is `true`, and the 90 % bar that independent errors
     of both would give it."""
-    return Stated.figure(figure, person, found[1] - found[0], true, SD_90 * float(np.hypot(*errors)))
+    return of.figure(figure, found[1] - found[0], true, bar(float(np.hypot(*errors))))
 
 
 def _within(one: Finished) -> Iterator[tuple[Kind, Stated]]:
     """Pairs of sides and of repetitions of one run, and its ranges."""
-    of, person = ranges(one), one.truth.subject
+    of = ranges(one)
     groups = one.done.figures.group("range_of_motion")
     errors = {name: _range_error(name, of[name], one) for name in of}
     for name, this in of.items():
         both = of_both(name)
-        yield "range", Stated.figure(both, person, this.found, this.true, SD_90 * errors[name])
+        yield "range", one.figure(both, this.found, this.true, bar(errors[name]))
         left = f"l_{both}"
         if name.startswith("r_") and left in of and same_part(groups.group(name), groups.group(left)):
             found, true = (this.found, of[left].found), of[left].true - this.true
-            yield "sides", difference(_RANGE + both, person, found, (errors[name], errors[left]), true)
+            yield "sides", difference(one, _RANGE + both, found, (errors[name], errors[left]), true)
     for two in repetitions(one):
         figure, true = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
-        yield "repetitions", difference(figure, person, two.found, two.errors, true)
+        yield "repetitions", difference(one, figure, two.found, two.errors, true)
 
 
 def _range_error(name: str, of: Ranged, one: Finished) -> float:

@@ -31,8 +31,8 @@ def test_every_person_counts_the_same_and_every_take_of_a_person():
 
 
 def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_of_it():
-    cases = (3, 2, 2), (7, 4, 2), (4, 6, np.nan), (5, 5, 1)
-    figures = summed([Stated.figure("angle", "a", *case) for case in cases])
+    true, error, half = np.array([[2, 4, 6, 5], [1, 3, -2, 0], [2, 2, np.nan, 1]])
+    figures = summed([Stated("angle", "a", error, half, true=true)])
     assert (figures["count"], figures["true"], figures["bias"]) == (4, 4.5, 0.5)
     assert (figures["error"].p50, figures["error"].mean) == (1.5, 1.5)
     assert figures["inside"] == pytest.approx(2 / 3)
