@@ -169,47 +169,40 @@ def by_posture(takes: Sequence[Stated]) -> Iterator[tuple[str, judge.Inside]]:
 def refitted(cases: Cases, noise: JointNoise) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
     by, that hold in these configurations together."""
-    every = dict.fromkeys(map(of_both, ANGLES))
-    parts = {both: _angle(_pooled(cases, both), both) for both in every}
-    rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in every}
-    factors, tilts, more, postures = ({name: parts[of_both(name)][i] for name in ANGLES} for i in range(4))
-    return replace(
-        noise,
-        factors=factors,
-        tilts=tilts,
-        more=more,
-        postures=postures,
-        rates={name: rates[of_both(name)] for name in ANGLES},
-        turn=_turn([take for statement in _JOINTS for take in _pooled(cases, statement)], noise.turn),
-    )
+    of_angles = {both: _of_angle_and_rate(cases, both) for both in dict.fromkeys(map(of_both, ANGLES))}
+    parts: dict[str, Any] = {}
+    for name in ANGLES:
+        for part, value in of_angles[of_both(name)].items():
+            parts.setdefault(part, {})[name] = value
+    joints = [take for statement in _JOINTS for take in _pooled(cases, statement)]
+    if joints:  # none of a lifter that states no error of joints
+        own, focal, pitch = np.sqrt(fitted(joints, _of_turn)).tolist()
+        parts["turn"] = round(own, 3), round(focal, 3), round(pitch, 4)
+    return replace(noise, **parts)
 
 
 def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for found in cases.values() for take in found.get(statement, ())]
 
 
-def _angle(
-    takes: Sequence[Stated], both: str
-) -> tuple[float, float, tuple[list[float], list[float]], list[float]]:
+def _of_angle_and_rate(cases: Cases, both: str) -> dict[str, Any]:
+    """What JointNoise has of an angle of both sides."""
+    takes = _pooled(cases, both)
     knots = _knots(takes, both)
     share, *rest = np.sqrt(fitted(takes, partial(_of_angle, both, knots))).tolist()
     tilt = rest.pop(0) if _needs_gravity(both) else 0.0
-    at, more = knots.tolist(), [round(each, 2) for each in rest[: len(knots)]]
+    rest = [round(each, 2) for each in rest]
+    at, more, postures = knots.tolist(), rest[: len(knots)], rest[len(knots) :]
     if both in MIRRORED_SIGN:
         at, more = [-each for each in at[:0:-1]] + at, more[:0:-1] + more
-    return round(share, 3), round(tilt, 3), (at, more), [round(each, 2) for each in rest[len(knots) :]]
-
-
-def _rate(takes: Sequence[Stated]) -> tuple[float, float, float, float]:
-    share, of_rate, least, of_speed = np.sqrt(fitted(takes, _of_rate)).tolist()
-    return round(share, 3), round(of_rate, 3), round(least, 2), round(of_speed, 1)
-
-
-def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[float, float, float]:
-    if not takes:  # of a lifter that states no error of joints
-        return known
-    own, focal, pitch = np.sqrt(fitted(takes, _of_turn))
-    return round(float(own), 3), round(float(focal), 3), round(float(pitch), 4)
+    rates = np.sqrt(fitted(_pooled(cases, f"rate of {both}"), _of_rate)).tolist()
+    return {
+        "factors": round(share, 3),
+        "tilts": round(tilt, 3),
+        "more": (at, more),
+        "postures": postures,
+        "rates": tuple(map(round, rates, (3, 3, 2, 1))),
+    }
 
 
 def squares_of(statement: str, takes: Sequence[Stated]) -> Squares | None:

@@ -43,7 +43,7 @@ class Series(NamedTuple):
 
 
 def summary(values: list[Series]) -> dict[str, Any]:
-    """What ABOUT says of them."""
+    """What the page says of them."""
     right, movements, off_s = zip(*values, strict=True)
     off = np.abs(np.array([pair for pairs in off_s for pair in pairs]).reshape(-1, 2))
     begin, end = (off <= _NEAR_S).mean(axis=0) if len(off) else (np.nan, np.nan)

@@ -6,7 +6,7 @@ give what a frame's noise grows with. What each angle's error is then comes from
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -28,7 +28,7 @@ from ...angle_error.joint_noise import (
 )
 from ...angle_error.take_angles import smoothed
 from ...common.spread import stated_spread
-from ...gravity.levelling import Levelled, level_static, why_not
+from ...gravity.levelling import level_static, why_not
 from ...gravity.votes import PersonFrames
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
@@ -41,22 +41,16 @@ _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; raw: before the filter; time_s: (T,);
-    upright: (T,); stated: (T,) the lifter's own error, NaN where unknown."""
+    """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; upright: (T,)."""
 
-    raw: np.ndarray
     lifted: np.ndarray
     truth: np.ndarray
-    time_s: np.ndarray
     upright: np.ndarray
-    stated: np.ndarray
 
     @classmethod
     def of(cls, take: LiftedTake) -> Pair:
-        seen, time_s = take.seen, take.seen.keypoints.times
-        raw = joints_of(take.lifted, seen.truth)
-        lifted, truth = smoothed(raw, time_s), smoothed(seen.truth, time_s)
-        return cls(raw, lifted, truth, time_s, ~seen.lying, stated_spread(take.lifted))
+        time_s, truth = take.seen.keypoints.times, take.seen.truth
+        return cls(smoothed(joints_of(take.lifted, truth), time_s), smoothed(truth, time_s), ~take.seen.lying)
 
     def residual(self) -> np.ndarray:
         """(T, 14, 3) what is left of the lift's error, in shares of stature, when each frame is brought closest to the
@@ -78,14 +72,23 @@ def modes_of(pairs: Iterable[Pair]) -> np.ndarray:
     return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
 
 
-def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Levelled]) -> JointNoise:
-    """The same with what a frame's noise grows with, a least-squares fit of the logarithms."""
+def with_multiples(noise: JointNoise, takes: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
+    """The same with what a frame's noise grows with, a least-squares fit of the logarithms. InputError when no take can
+    be levelled."""
     rows = []
-    for pair, level in zip(pairs, levels, strict=True):
+    for take in takes:
+        raw, spread = joints_of(take.lifted, take.seen.truth), stated_spread(take.lifted)
+        frames = PersonFrames(raw, *rectifier.rotation(raw), take.seen.keypoints.times, spread=spread)
+        level = level_static(frames)
+        if why_not(level):
+            continue
+        pair = Pair.of(take)
         size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
         heading = heading_error(level.error_deg, level.up_error_deg)
-        row = np.log(np.stack([heading, limb_spread(pair.lifted), pair.stated, size], axis=-1))
+        row = np.log(np.stack([heading, limb_spread(pair.lifted), spread, size], axis=-1))
         rows.append(row[pair.upright & is_finite(row)])
+    if not rows:
+        raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
     x = np.concatenate(rows)
     centre = x.mean(axis=0)
     powers = np.linalg.lstsq(x[:, :-1] - centre[:-1], x[:, -1] - centre[-1], rcond=None)[0]
@@ -100,19 +103,10 @@ def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Le
 
 def fit(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
     """The modes of the lifter's errors in the train takes, and their sizes by the val takes; each angle's own parts
-    stay the shipped ones. InputError when no val take can be levelled."""
-    pairs, levels = [], []
-    for pair in map(Pair.of, val):
-        level = level_static(
-            PersonFrames(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated)
-        )
-        if not why_not(level):
-            pairs.append(pair)
-            levels.append(level)
-    if not pairs:
-        raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
+    stay the shipped ones."""
     modes = modes_of(map(Pair.of, train))
-    return with_multiples(replace(shipped_noise(), lifter=load_lifter().method, modes=modes), pairs, levels)
+    noise = replace(shipped_noise(), lifter=load_lifter().method, modes=modes)
+    return with_multiples(noise, val, rectifier)
 
 
 def learn(output: Path) -> None:

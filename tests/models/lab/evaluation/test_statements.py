@@ -57,48 +57,38 @@ def share(stated: Stated, factor: float = 1.0) -> float:
     return judge.inside([replace(stated, half=factor * stated.half)]).inside
 
 
-@pytest.fixture
-def angles_off(exact):
-    """{statement: Stated} of a take with every angle and rate wrong by 30 and stated within 33."""
-    columns = dict(exact.take.kinematics)
+def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(exact):
+    columns, frames = dict(exact.take.kinematics), int((~exact.truth.lying).sum())
     for name in ANGLES:
-        for end in ("deg", "degps"):
-            columns[f"{name}_{end}"] = columns[f"{name}_{end}"] + 30.0
-            columns[f"{name}_sd_{end}"] = np.full(len(exact.rows), 33.0 / SD_90)
-    return {one.statement: one for one in angles(with_(exact, kinematics=columns))}
-
-
-def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(exact, angles_off):
-    found = angles_off
+        columns[f"{name}_deg"] = columns[f"{name}_deg"] + 30.0
+        columns[f"{name}_sd_deg"] = np.full(len(exact.rows), 33.0 / SD_90)
+    found = {one.statement: one for one in angles(with_(exact, kinematics=columns))}
     assert {"knee_flexion", "rate of knee_flexion", "trunk_lean_frontal"} <= set(found)
-    frames = int((~exact.truth.lying).sum())
-    for name, one in found.items():
-        if not name.startswith("rate"):
-            assert share(one) == 1, name
-            assert share(one, 0.5) == 0, name
+    for one in found.values():
+        if not one.statement.startswith("rate"):
+            assert (share(one), share(one, 0.5)) == (1, 0), one.statement
             assert judge.factor([one]) == pytest.approx(30 / 33, rel=0.05)
             assert 0.8 * frames <= len(one.error) <= 2 * frames
 
 
-def test_bars_are_judged_posture_by_posture_and_people_who_lie_count(angles_off):
+def test_bars_are_judged_posture_by_posture_people_who_lie_count_and_an_instant_does_not():
     """Only upright frames counted, while lying people had bars as well."""
-    one = angles_off["knee_flexion"]
-    stands = np.where(np.arange(len(one.error)) % 2, 0, POSTURES.index("lying"))
-    low = replace(one, half=np.where(stands, 15.0, 33.0), known={**one.known, "posture": stands})
-    shares = {name: found.inside for name, found in report.by_posture([low])}
-    assert (shares["upright"], shares["lying"]) == (1, 0)
-    assert shares["all"] == pytest.approx(0.5, abs=0.01)
+
+    def stated(person, postures, half):
+        known = {"posture": np.array([POSTURES.index(name) for name in postures]), "speed": np.zeros(100)}
+        return Stated("knee_flexion", person, np.full(100, 30.0), np.full(100, half), known)
+
+    upright, lying = (stated("a", [name] * 100, half) for name, half in (("upright", 33.0), ("lying", 15.0)))
+    shares = {name: found.inside for name, found in report.by_posture([upright, lying])}
+    assert (shares["upright"], shares["lying"], shares["all"]) == (1, 0, 0.5)
     assert np.isnan(shares["crouched"])
-
-
-def test_a_person_who_crouches_for_an_instant_does_not_count_as_one_who_does_for_minutes(angles_off):
-    one = angles_off["knee_flexion"]
-    brief = one.part(np.arange(100))
-    brief = replace(brief, known={**brief.known, "posture": np.where(np.arange(100) < 14, 3, 0)})
-    low = replace(one, person="other", known={**one.known, "posture": np.full(len(one.error), 3)})
-    shares = dict(report.by_posture([replace(brief, half=brief.half / 2), low, low.part(np.arange(1))]))
+    brief, low = (
+        stated("b", ["crouched"] * 14 + ["upright"] * 86, 15.0),
+        stated("c", ["crouched"] * 100, 33.0),
+    )
+    shares = dict(report.by_posture([brief, low, low.part(np.arange(1))]))
     assert (shares["crouched"].people, shares["crouched"].inside) == (1, 1.0)
-    assert shares["crouched"].cases == len(low.error) + 1  # all that a take has to say
+    assert shares["crouched"].cases == 101  # all that a take has to say
     assert shares["upright"].inside == 0
 
 
