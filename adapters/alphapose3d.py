@@ -9,7 +9,6 @@ the file.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -57,7 +56,9 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
                 "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
             )
         person = None if track else track_named(entry.get("idx", 0), where)
-        sightings.add(moment, unit_m * joints, person=person, box=_box(entry.get("box"), where))
+        box = numbers(entry.get("box") or [], f"{where}, box")  # left, top, width and height
+        corners = np.concatenate([box[:2], box[:2] + box[2:]]) if box.shape == (4,) else None
+        sightings.add(moment, unit_m * joints, person=person, box=corners)
     everybody = sightings.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock())
     return tuple(_of_smpl(poses, path) for poses in everybody)
 
@@ -74,15 +75,3 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
     derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
     return made.deriving("smpl", derived)
-
-
-def _box(box: Any, where: str) -> np.ndarray | None:
-    if box is None:
-        return None
-    values = numbers(box, f"{where}, box")
-    if values.shape != (4,):
-        raise InputError(
-            "wrong-content",
-            f"{where}: expected a box of left, top, width and height, got shape {values.shape}.",
-        )
-    return np.concatenate([values[:2], values[:2] + values[2:]])

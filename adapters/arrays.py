@@ -7,14 +7,13 @@ that no exact zero says whose it is, or MM-Fi's ground_truth.npy.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA, FRAMES, Frame
+from ..pipeline.core.frames import CAMERA, FRAMES
 from ..pipeline.core.layouts import COCO17, H36M17, MPI3DHP17, layout_named
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
@@ -83,9 +82,20 @@ def read(
         if len(missing) < len(meaning) or keys(path):
             raise InputError("needs-input", f"Adapter 'arrays' needs the options {', '.join(missing)}, too.")
         return (_judged(path),)
-    joint_layout, axes = layout_named(layout or ""), _axes(frame or "", unit or "")
+    joint_layout, axes = layout_named(layout or ""), _FRAMES.get((frame or "").upper())
+    if axes is None:
+        raise InputError("bad-value", f"Expected a frame of {', '.join(_FRAMES)}; got '{frame}'.")
+    axes = axes.with_(unit=unit or "")
+    axes = axes.with_(origin="camera") if axes.family == "camera" else axes
     held = keys(path)
-    joints = plain_array(path, ("frames", len(joint_layout), 3), key=_key_of_joints(path, held, key))
+    could_be = [name for name in held if name not in _BESIDE]
+    if key is None and held and len(could_be) != 1:
+        raise InputError(
+            "choose-entry",
+            f"{path} holds the arrays {', '.join(held)}; name the joints with key=NAME (--option key=NAME).",
+        )
+    key = key or next(iter(could_be), None)
+    joints = plain_array(path, ("frames", len(joint_layout), 3), key=key)
     shapes = {"confidence": joints.shape[:2], "time_s": joints.shape[:1], "frame_index": joints.shape[:1]}
     beside: dict[str, Any] = {part: load(path, shapes[part], key=part) for part in _BESIDE if part in held}
     index = beside.get("frame_index")
@@ -142,22 +152,3 @@ def why_no_body(joints: np.ndarray, sides: bool = True) -> str:
         return f"the body stands along {'-' if stands[:, axis].sum() < 0 else '+'}{'xyz'[axis]}, not along -y"
     verdict = chirality(lifters.in_camera(whole)).verdict if sides else ""
     return "its left and right contradict nose and knees" if verdict in ("wrong", "legs against arms") else ""
-
-
-def _axes(frame: str, unit: str) -> Frame:
-    if frame.upper() not in _FRAMES:
-        raise InputError("bad-value", f"Expected a frame of {', '.join(_FRAMES)}; got '{frame}'.")
-    axes = _FRAMES[frame.upper()]
-    return replace(axes, unit=unit, origin="camera" if axes.family == "camera" else axes.origin)
-
-
-def _key_of_joints(path: Path, held: tuple[str, ...], key: str | None) -> str | None:
-    could_be = [name for name in held if name not in _BESIDE]
-    if key is not None or not held:
-        return key
-    if len(could_be) != 1:
-        raise InputError(
-            "choose-entry",
-            f"{path} holds the arrays {', '.join(held)}; name the joints with key=NAME (--option key=NAME).",
-        )
-    return could_be[0]

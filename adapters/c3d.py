@@ -12,6 +12,7 @@ from pathlib import Path
 from ..pipeline.core.errors import InputError, naming
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up, read_c3d
+from .kit.opened import first_bytes
 from .kit.world import Maker, maker, people_of
 
 name = "c3d"
@@ -25,18 +26,11 @@ _PROCESSORS = (84, 85, 86)  # fourth byte of its parameters: Intel, and DEC and 
 
 def sniff(path: Path) -> bool:
     """By the marks of the header and of the parameter block."""
-    try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            start = file.read(2)
-            if len(start) < 2 or start[0] == 0 or start[1] != _KEY:
-                return False
-            file.seek((start[0] - 1) * _BLOCK)
-            parameters = file.read(4)
-    except OSError:
+    start = first_bytes(path, 256 * _BLOCK)
+    if len(start) < 2 or start[0] == 0 or start[1] != _KEY:
         return False
-    return len(parameters) == 4 and parameters[3] in _PROCESSORS
+    parameters = start[(start[0] - 1) * _BLOCK :]
+    return len(parameters) >= 4 and parameters[3] in _PROCESSORS
 
 
 def read(

@@ -8,12 +8,13 @@ video has an entry. Detectron does not follow people: they are joined from frame
 
 from __future__ import annotations
 
+import reprlib
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
-from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import has_objects, load_objects, shaped
 from .kit.people import People
@@ -36,23 +37,14 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     arrays and plain containers.
     """
     sightings = People(str(path))
-    for frame, entry in enumerate(_list(load_objects(path, "keypoints"), str(path))):
+    frames = load_objects(path, "keypoints")
+    for frame, classes in enumerate(frames if isinstance(frames, list) else [frames]):
         where = f"{path}, frame {frame}"
-        classes = _list(entry, where)
-        if len(classes) != 2:
+        if not isinstance(classes, list) or len(classes) != 2:
             raise InputError(
-                "wrong-content",
-                f"{where}: expected [[], keypoints], got {how_many(len(classes), 'entry', 'entries')}.",
+                "wrong-content", f"{where}: expected [[], keypoints], got {reprlib.repr(classes)}."
             )
-        if len(classes[1]):
+        if np.size(classes[1]):
             for person in shaped(classes[1], where, ("people", 4, len(COCO17))):
                 sightings.add(frame, person[[_X, _Y]].T, person[_PROBABILITY])
     return sightings.keypoints()
-
-
-def _list(value: Any, where: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise InputError(
-            "wrong-content", f"{where}: expected a list of detections, got {type(value).__name__}."
-        )
-    return value

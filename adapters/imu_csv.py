@@ -156,7 +156,15 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
     mean = _in_world(R_world_from_sensor, force)[rows].mean(axis=0)
     norm = float(np.linalg.norm(mean))
     inverse = _in_world(transpose(R_world_from_sensor), force)[rows].mean(axis=0)
-    unit, (lean, other) = _unit_of(norm), (float(angle_deg(each, _UP)) for each in (mean, inverse))
+    lean, other = (float(angle_deg(each, _UP)) for each in (mean, inverse))
+    unit = next((u for u, size in _UNITS.items() if _NEAR[0] < norm * size / GRAVITY_MPS2 < _NEAR[1]), None)
+    if unit is None:
+        raise InputError(
+            "wrong-axes",
+            "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and orientations that belong "
+            f"to them, got {norm:.3g} in the mean; export the accelerometer's own signal (not linear or free "
+            "acceleration), and check the order of the quaternions' numbers (w x y z).",
+        )
     if lean > min(_LEAN_DEG, other + _BETTER_DEG):
         raise InputError(
             "wrong-axes",
@@ -166,19 +174,6 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
         )
     notices = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=norm),)
     return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, notices)
-
-
-def _unit_of(norm: float) -> str:
-    """The unit in which this is about one g; InputError where it is that in none."""
-    for name, size in _UNITS.items():
-        if _NEAR[0] < norm * size / GRAVITY_MPS2 < _NEAR[1]:
-            return name
-    raise InputError(
-        "wrong-axes",
-        "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and orientations that belong to "
-        f"them, got {norm:.3g} in the mean; export the accelerometer's own signal (not linear or free acceleration), "
-        "and check the order of the quaternions' numbers (w x y z).",
-    )
 
 
 def point_on(segment: str, joints: np.ndarray) -> np.ndarray:

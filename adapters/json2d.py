@@ -12,7 +12,6 @@ certainty.
 
 from __future__ import annotations
 
-import reprlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -92,23 +91,18 @@ def _lists_images(content: Any) -> bool:
 
 def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
     """Moment, annotation and place in the file of each of COCO's that has keypoints."""
-    listed: dict[str, str] = {}  # names of images by their numbers
-    images: dict[str, str] = {}  # and numbers by names, of those with people
     content = load(path, _WHAT)
-    for i, image in enumerate(entries(field(content, "images", str(path)), str(path))):
-        where = f"{path}, image {i}"
-        listed[str(field(image, "id", where))] = str(field(image, "file_name", where))
-    for i, entry in enumerate(entries(field(content, "annotations", str(path)), str(path))):
-        where = f"{path}, annotation {i}"
-        image = field(entry, "image_id", where)
-        if str(image) not in listed:
-            raise InputError(
-                "wrong-content", f"{where}: expected an image that the file lists, got {reprlib.repr(image)}."
-            )
+    listed = {
+        str(field(image, "id", where)): str(field(image, "file_name", where))
+        for image, where in entries(content, "images", path)
+    }
+    images: dict[str, str] = {}  # numbers of those with people, by their names
+    for entry, where in entries(content, "annotations", path):
+        image = str(field(entry, "image_id", where))
+        name = field(listed, image, where)
         if "keypoints" not in entry:
             continue
-        name = listed[str(image)]
-        if images.setdefault(name, str(image)) != str(image):
+        if images.setdefault(name, image) != image:
             raise InputError(
                 "files-apart",
                 f"{where}: expected the images of one video, each with a name of its own, got {name} beside {name} of "

@@ -24,7 +24,7 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BLAZEPOSE33
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.clock import Clock, Moments, plain
-from .kit.frames import frames
+from .kit.frames import by_name, frames
 from .kit.json import beginning, numbers
 from .kit.numpy import peek, plain_array
 from .kit.people import People
@@ -218,27 +218,17 @@ def _people(landmarks: Any, where: str) -> list[np.ndarray]:
         landmarks = landmarks["landmark"]
     if not landmarks:
         return []
-    if not isinstance(landmarks, list):
-        raise InputError("wrong-content", f"{where}: expected a list of {COUNT} landmarks.")
-    first = landmarks[0]
+    first = landmarks[0] if isinstance(landmarks, list) else None
     several = isinstance(first, list) and len(first) > 0 and isinstance(first[0], list | dict)
     return [_values(person, where) for person in (landmarks if several else [landmarks])]
 
 
 def _values(person: Any, where: str) -> np.ndarray:
-    if not isinstance(person, list) or len(person) != COUNT:
-        count = len(person) if isinstance(person, list) else "none"
-        raise InputError("wrong-content", f"{where}: expected {COUNT} landmarks, got {count}.")
-    rows = [
-        [point.get(axis, point.get("score") if axis == "visibility" else None) for axis in _AXES]
-        if isinstance(point, dict)
-        else point
-        for point in person
-    ]
-    values = numbers(rows, where)
-    if values.ndim != 2 or values.shape[1] < 3:
+    person = person if isinstance(person, list) else []
+    values = numbers([by_name(point, "xyz") if isinstance(point, dict) else point for point in person], where)
+    if values.ndim != 2 or len(values) != COUNT or values.shape[1] < 3:
         raise InputError(
-            "wrong-content", f"{where}: expected x, y and z of each landmark, got shape {values.shape}."
+            "wrong-content", f"{where}: expected x, y and z of {COUNT} landmarks, got shape {values.shape}."
         )
     return values[:, :4]
 

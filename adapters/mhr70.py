@@ -74,15 +74,17 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     the history. InputError when the file is not of this form, or has the translations of some people only.
     """
     sightings, placed, focal_px = People(str(path)), [], []
-    for frame, person, where in _people(path):
-        key = _key(person) or ""
-        keypoints = _array(person, key, _SHAPE, where)
-        if np.isnan(keypoints).all():
-            continue
-        translation = _array(person, _KEYPOINTS[key], (3,), where)
-        placed.append(bool(np.isfinite(translation).all()))
-        focal_px.append(_array(person, "focal_length", (-1,), where)[0])
-        sightings.add(frame, keypoints + np.nan_to_num(translation), box=_array(person, "bbox", (4,), where))
+    for frame, held, where in _frames(path):
+        for person in _of_one_frame(held, where):
+            key = _key(person) or ""
+            keypoints = _array(person, key, _SHAPE, where)
+            if np.isnan(keypoints).all():
+                continue
+            translation = _array(person, _KEYPOINTS[key], (3,), where)
+            placed.append(bool(np.isfinite(translation).all()))
+            focal_px.append(_array(person, "focal_length", (-1,), where)[0])
+            box = _array(person, "bbox", (4,), where)
+            sightings.add(frame, keypoints + np.nan_to_num(translation), box=box)
     if any(placed) != all(placed):
         raise InputError(
             "wrong-content",
@@ -91,18 +93,13 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
     people = sightings.poses(MHR70, frame, placed=any(placed))
-    people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
+    arrays = arrays_in(path)  # of which rows are known to be frames by an array alone; lists have one a frame
+    known = not arrays or not arrays.isdisjoint(_NUMBERS) or _object_key(path) is not None
+    known = known and header_of(path) is None
+    people = tuple(poses.with_(frames_known=known) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
     return people
-
-
-def _says_frames(path: Path) -> bool:
-    """Whether the video frames of rows are known: by names, by lists of which each is a frame, or by an array."""
-    if header_of(path) is not None:
-        return False
-    held = arrays_in(path)
-    return not held or not held.isdisjoint(_NUMBERS) or _object_key(path) is not None
 
 
 def _array(person: Mapping[str, Any], name: str, shape: tuple[int, ...], where: str) -> np.ndarray:
@@ -147,14 +144,8 @@ def _is_archive(path: Path) -> bool:
     return begins(path, key)[0][-2:] == _SHAPE
 
 
-def _people(path: Path) -> Iterator[tuple[int, Mapping[str, Any], str]]:
-    """Frame, values by name, and where in the file, of everybody."""
-    for frame, held, where in _frames(path):
-        yield from ((frame, person, where) for person in _of_one_frame(held, where))
-
-
 def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
-    """The same of frames: lists and dicts as the files hold them."""
+    """Number, lists and dicts as the files hold them, and place in the file, of each frame."""
     if path.is_dir():
         yield from _of_folder(path)
         return
@@ -179,24 +170,22 @@ def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
 
 
 def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
-    files: dict[int, tuple[str, str]] = {}  # image and file by frame
+    images: dict[int, str] = {}  # by frame
     for file in _files(path):
         image = _PERSON.sub("", file.stem)
         one_image = image != file.stem and not re.search(r"\d", image)  # its people alone are numbered
         frame = 0 if one_image else frame_number(image, str(file))
-        other, beside = files.setdefault(frame, (image, file.name))
-        if other != image:
+        if images.setdefault(frame, image) != image:
             raise InputError(
                 "wrong-content",
-                f"{path}: expected one .npz a frame, got {beside} and {file.name} of frame {frame}; put everybody "
+                f"{path}: expected one .npz a frame, got {images[frame]} and {image} of frame {frame}; put everybody "
                 "of a frame into one file, or name the files IMAGE_subj00.npz, IMAGE_subj01.npz, and put each video "
                 "into a folder of its own.",
             )
         yield frame, _of_archive(file), str(file)
-    if not files:
+    if not images:
         raise InputError(
-            "format-unknown",
-            f"{path}: expected a folder of .npz, one a frame of SAM 3D Body, found none there.",
+            "format-unknown", f"{path}: expected .npz of SAM 3D Body, one a frame, found none there."
         )
 
 
@@ -221,19 +210,13 @@ def _rows(path: Path, held: dict[str, np.ndarray]) -> list[tuple[int, dict[str, 
     keypoints = held[_key(held) or ""]
     if keypoints.shape == _SHAPE:
         return [(0, held)]
-    if keypoints.ndim not in (3, 4):
+    numbered = next((held[key] for key in _NUMBERS if key in held), np.arange(len(keypoints)))
+    whole = numbered.shape == keypoints.shape[:1] and not (numbered % 1).any() and not (numbered < 0).any()
+    if keypoints.ndim not in (3, 4) or not whole:
         raise InputError(
             "wrong-content",
-            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), got {keypoints.shape}.",
-        )
-    numbered = next((held[key] for key in _NUMBERS if key in held), np.arange(len(keypoints)))
-    if (
-        numbered.shape != keypoints.shape[:1]
-        or (numbered != np.floor(numbered)).any()
-        or (numbered < 0).any()
-    ):
-        raise InputError(
-            "wrong-content", f"{path}: expected the whole number of its video frame for each row, from 0."
+            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), and the whole number of "
+            f"its video frame for each row, from 0, got {keypoints.shape}.",
         )
     return list(zip(numbered.astype(np.int64).tolist(), _split(held, len(keypoints)), strict=True))
 

@@ -11,7 +11,6 @@ the file.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -50,25 +49,18 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     tracks = People(str(path))
     numbered = all("time" in frame for frame in frames.values())
     for row, (image, frame) in enumerate(frames.items()):
-        number = int(frame["time"]) if numbered else row
-        for person, joints in _visible(frame, f"{path}, frame {image}"):
-            tracks.add(number, joints, person=person)
+        where, ids, bodies = f"{path}, frame {image}", frame.get("tid"), frame.get(_JOINTS)
+        ages = frame.get("tracked_time", [0] * np.size(ids))
+        if not all(isinstance(held, list) and len(held) == len(ids) for held in (ids, bodies, ages)):
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected lists 'tid', '{_JOINTS}' and maybe 'tracked_time' with an entry per person.",
+            )
+        for person, joints, age in zip(ids, bodies, ages, strict=True):
+            joints = shaped(joints, f"{where}, '{_JOINTS}'", (_COUNT, 3))
+            if age == 0:
+                tracks.add(
+                    int(frame["time"]) if numbered else row, joints[: len(BODY_25)], person=str(person)
+                )
     people = tracks.poses(BODY_25, CAMERA.with_(origin="body model"))
     return tuple(poses.with_(frames_known=numbered) for poses in people)
-
-
-def _visible(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
-    ids, people = frame.get("tid"), frame.get(_JOINTS)
-    if not isinstance(ids, list) or not isinstance(people, list) or len(ids) != len(people):
-        raise InputError(
-            "wrong-content", f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry per person."
-        )
-    since = frame.get("tracked_time", [0] * len(ids))
-    if len(since) != len(ids):
-        raise InputError("wrong-content", f"{where}: expected 'tracked_time' with an entry per person.")
-    visible = []
-    for person, joints, age in zip(ids, people, since, strict=True):
-        joints = shaped(joints, f"{where}, '{_JOINTS}'", (_COUNT, 3))
-        if age == 0:
-            visible.append((str(person), joints[: len(BODY_25)]))
-    return visible

@@ -17,7 +17,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
 from .kit.frames import numbered_files
-from .kit.opened import filled_lines, first_lines
+from .kit.opened import first_lines, whole_text
 from .kit.people import People, in_pixels
 
 name = "ultralytics"
@@ -56,14 +56,9 @@ def _files(path: Path) -> list[Path]:
 
 def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
     """Frame from 0, points (17, 3) in shares of the image with scores, and track of everybody."""
-    files = _files(path)
-    if not files:
-        raise InputError(
-            "format-unknown", f"Expected the numbered texts of one video in {path}, found none there."
-        )
-    for number, file in numbered_files(path, files):
-        for line, text in enumerate(filled_lines(file, "people of one frame"), 1):
-            where = f"{file}, line {line}"
+    for number, file in numbered_files(path, _files(path), "the texts of one video"):
+        lines = whole_text(file, "people of one frame").splitlines()
+        for line, text in enumerate(filter(str.strip, lines), 1):
             try:
                 values = np.array(text.split(), dtype=np.float64)
             except ValueError:
@@ -71,7 +66,8 @@ def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
             if len(values) not in _COUNTS or not np.isfinite(values).all():
                 raise InputError(
                     "wrong-content",
-                    f"{where}: expected class, box and x, y (and score) of {_JOINTS} joints, got {text!r:.60}.",
+                    f"{file}, line {line}: expected class, box and x, y (and score) of {_JOINTS} joints, got "
+                    f"{text!r:.60}.",
                 )
             columns = 2 if len(values) == _COUNTS[0] else 3
             points = np.full((_JOINTS, 3), np.nan)

@@ -37,17 +37,13 @@ def read(path: Path, video: str | None = None) -> tuple[PoseSequence]:
     if layout_name != "coco":
         raise InputError("wrong-content", f"{where}: expected joints in layout 'coco', got {layout_name!r}.")
     held = load_objects(path, "positions_2d")
-    if not isinstance(held, dict) or not held:
-        raise InputError(
-            "wrong-content", f"{where}: expected a dict with a video each, got {type(held).__name__}."
-        )
-    names = ", ".join(map(str, held))
+    held = held if isinstance(held, dict) else {}
+    names = ", ".join(map(str, held)) or "none"
     if video is None and len(held) > 1:
         raise InputError(
             "choose-entry", f"{where} holds the videos {names}; choose one with --set keypoints.video=NAME."
         )
-    if video is None:
-        (video,) = map(str, held)
+    video = next(map(str, held), "") if video is None else video
     if video not in held:
         raise InputError("name-unknown", f"{where} has no video '{video}'; it holds {names}.")
     where = f"{where}, video '{video}'"

@@ -69,8 +69,6 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
             "format-unknown", f"{path}: expected a dict of subjects, as WHAM writes it, got another pickle."
         )
     subjects = {str(person): values if isinstance(values, dict) else {} for person, values in held.items()}
-    if all(getattr(values.get(_JOINTS), "shape", ())[1:] == (_SPIN, 3) for values in subjects.values()):
-        return tuple(_of_spin(person, values, str(path)) for person, values in subjects.items())
     ready = all(_JOINTS in values for values in subjects.values())
     if not ready and not regressor:
         raise InputError(
@@ -85,45 +83,31 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
     return tuple(_person(person, values, weights, str(path)) for person, values in subjects.items())
 
 
-def _of_spin(person: str, values: dict[str, Any], where: str) -> PoseSequence:
-    of_subject = f"{where}, subject {person}"
-    joints = shaped(values[_JOINTS], f"{of_subject}, {_JOINTS}", ("frames", _SPIN, 3))
-    frames = shaped(values.get("frame_ids"), f"{of_subject}, frame_ids", (len(joints),), kinds="iu")
-    return PoseSequence(
-        joints=joints[:, : len(BODY_25)],
-        layout=BODY_25,
-        frame=CAMERA.with_(origin="body model"),
-        frame_index=frames,
-        person=person,
-        made_by=MadeBy("estimated", "VIBE"),
-    )
-
-
 def _person(person: str, values: dict[str, Any], weights: np.ndarray | None, where: str) -> PoseSequence:
-    """weights: of the regressor; without it the joints are MoViD's, about the hips' middle."""
+    """weights: of the regressor; without it the joints are VIBE's, or MoViD's about the hips' middle."""
     of_subject = f"{where}, subject {person}"
-    mesh = shaped(values.get("verts"), f"{of_subject}, verts", ("frames", _VERTICES, 3))
-    frames = shaped(values.get("frame_ids"), f"{of_subject}, frame_ids", (len(mesh),), kinds="iu")
-    if weights is None:
-        stored = shaped(values.get(_JOINTS), f"{of_subject}, {_JOINTS}", (len(mesh), "joints", 3))
-        away = shaped(values.get("trans_cam"), f"{of_subject}, trans_cam", (len(mesh), 3))
-        if stored.shape[1] < len(COCO17):
-            raise InputError(
-                "wrong-content",
-                f"{of_subject}: expected COCO's 17 joints first in {_JOINTS}, got {stored.shape[1]}.",
-            )
-        joints, names, points = stored[:, : len(COCO17)] + away[:, None], COCO17.joints, FEET.joints
+    by, layout, origin = "VIBE", BODY_25, "body model"
+    if weights is None and getattr(values[_JOINTS], "shape", ())[1:] == (_SPIN, 3):
+        joints = shaped(values[_JOINTS], f"{of_subject}, {_JOINTS}", ("frames", _SPIN, 3))[:, : len(BODY_25)]
     else:
-        joints, (names, points) = weights @ mesh, _ROWS[len(weights)]
-    poses = PoseSequence(
-        joints=np.concatenate([joints, mesh[:, [_POINTS[point] for point in points]]], axis=1),
-        layout=Layout("SMPL mesh", (*names, *points)),
-        frame=CAMERA.with_(origin="camera"),
-        frame_index=frames,
-        person=person,
-    )
+        mesh = shaped(values.get("verts"), f"{of_subject}, verts", ("frames", _VERTICES, 3))
+        if weights is None:
+            stored = shaped(values[_JOINTS], f"{of_subject}, {_JOINTS}", (len(mesh), "joints", 3))
+            away = shaped(values.get("trans_cam"), f"{of_subject}, trans_cam", (len(mesh), 3))
+            if stored.shape[1] < len(COCO17):
+                raise InputError(
+                    "wrong-content",
+                    f"{of_subject}: expected COCO's 17 joints first in {_JOINTS}, got {stored.shape[1]}.",
+                )
+            joints, names, points = stored[:, : len(COCO17)] + away[:, None], COCO17.joints, FEET.joints
+        else:
+            joints, (names, points) = weights @ mesh, _ROWS[len(weights)]
+        joints = np.concatenate([joints, mesh[:, [_POINTS[point] for point in points]]], axis=1)
+        by, layout, origin = "MoViD", Layout("SMPL mesh", (*names, *points)), "camera"
+    frames = shaped(values.get("frame_ids"), f"{of_subject}, frame_ids", (len(joints),), kinds="iu")
+    poses = PoseSequence(joints, layout, CAMERA.with_(origin=origin), frame_index=frames, person=person)
     if weights is None:
-        return poses.with_(made_by=MadeBy("estimated", "MoViD"))
+        return poses.with_(made_by=MadeBy("estimated", by))
     return poses.noted("regressor", joints=len(weights))
 
 

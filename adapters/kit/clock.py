@@ -109,10 +109,9 @@ class Moments:
 
     def __init__(self, where: str, recording: str | None = None) -> None:
         self._where, self._wanted = where, recording
-        self._count = 0
+        self._rows: list[dict[str, Any]] = []  # by moment, what its first row says of it
         self._numbers: dict[tuple[Any, ...], int] = {}  # of the moments that say when they were
         self._silent: dict[str | None, int] = {}  # the last moment of each person that does not
-        self._values: dict[str, list[Any]] = {}  # values of each field, by moment
         self._recordings: dict[str, None] = {}
         self._rate: float | None = None
 
@@ -123,31 +122,28 @@ class Moments:
         row: its values under any names; what is no clock's does not matter. where: which row it is, for errors.
         InputError for a frame that is no whole number.
         """
-        fields: dict[str, dict[str, Any]] = {}  # by kind
+        fields: dict[str, Any] = {}
+        kinds: dict[str, list[Any]] = {}  # the values of each kind
         for name, value in row.items():
             kind = kind_of(name)
-            if kind not in ("", "person") and isinstance(value, str | int | float | None):
-                fields.setdefault(kind, {})[name] = _whole(value, name, where) if kind == "frame" else value
-        for name, rate in fields.pop("rate", {}).items():
-            self.state(name, rate)
-        recordings = {
-            str(value) for kind in ("recording", "image") for value in fields.get(kind, {}).values()
-        }
+            if kind == "rate":
+                self.state(name, value)
+            elif kind not in ("", "person") and isinstance(value, str | int | float | None):
+                fields[name] = _whole(value, name, where) if kind == "frame" else value
+                kinds.setdefault(kind, []).append(fields[name])
+        recordings = {str(value) for kind in ("recording", "image") for value in kinds.get(kind, ())}
         if self._wanted is not None and recordings and self._wanted not in recordings:
             self._recordings |= dict.fromkeys(sorted(recordings))
             return None
         # Of a frame the times may differ from row to row.
-        kinds = ("frame", "image") if "frame" in fields or "image" in fields else ("time", "unnamed")
-        key = tuple(value for kind in (*kinds, "recording") for value in fields.get(kind, {}).values())
+        tell = ("frame", "image") if "frame" in kinds or "image" in kinds else ("time", "unnamed")
+        key = tuple(value for kind in (*tell, "recording") for value in kinds.get(kind, ()))
         if key:
-            number = self._numbers.setdefault(key, self._count)
+            number = self._numbers.setdefault(key, len(self._rows))
         else:
             number = self._silent[person] = self._silent.get(person, -1) + 1
-        if number == self._count:
-            self._count += 1
-            for name, value in ((n, v) for held in fields.values() for n, v in held.items()):
-                values = self._values.setdefault(name, [])
-                values += [*[None] * (number - len(values)), value]
+        if number == len(self._rows):
+            self._rows.append(fields)
         return number
 
     @staticmethod
@@ -165,29 +161,27 @@ class Moments:
             self._rate = rate
 
     def clock(self) -> Clock:
-        """The clock of all moments, which are let go then. InputError for frames that are no whole numbers, for times
-        that do not increase with them, and for several recordings of which none was chosen."""
-        if self._wanted is not None and not self._count:
+        """The clock of all moments. InputError for frames that are no whole numbers, for times that do not increase
+        with them, and for several recordings of which none was chosen."""
+        if self._wanted is not None and not self._rows:
             raise InputError(
                 "name-unknown",
                 f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
             )
-        for values in self._values.values():
-            values += [None] * (self._count - len(values))
+        names = dict.fromkeys(name for row in self._rows for name in row)
+        self._values = {name: [row.get(name) for row in self._rows] for name in names}
         self._check_one_recording()
         frame_name, frames = self._frames()
         time_name, time_s = self._times()
-        unused = [name for name in self._values if name not in (frame_name, time_name)]
         notices = [
             notice("clock-not-used", column=name or "(the column without a name)")
-            for name in unused
-            if self._like(name, frames) and not (time_name and kind_of(name) == "time")
+            for name in names
+            if name not in (frame_name, time_name)
+            and self._like(name, frames)
+            and not (time_name and kind_of(name) == "time")
         ]
-        self._numbers.clear()
-        self._values.clear()
-        index = np.arange(self._count)
+        index = np.arange(len(self._rows)) if frames is None else frames
         if frames is not None:
-            index = frames
             self._check_increase(index, time_s, time_name)
         elif time_s is not None:
             index = self._counted(time_s)
@@ -304,7 +298,7 @@ def _number(value: Any) -> float | None:
         return None
     try:
         return float(value)
-    except OverflowError:
+    except (OverflowError, TypeError):
         return None
     except ValueError:
         pass

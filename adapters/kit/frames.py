@@ -117,7 +117,7 @@ def frames(
     InputError for a file that cannot be read, an entry that is no frame, and a file or folder without any.
     """
     if path.is_dir():
-        for number, file in _numbered(path, what):
+        for number, file in numbered_files(path, frame_files(path), what):
             entry = load(file, what)
             if not is_frame("", entry):
                 raise InputError("wrong-content", f"{file}: expected {expected}, got {entry!r:.60}.")
@@ -135,7 +135,7 @@ def frames(
         listed, count = key, count + 1
         fields = entry if isinstance(entry, dict) else {}
         if key == _FROM_1 and "instances" in fields:
-            fields = fields | {"frame_id": _from_1(fields, where)}
+            fields = fields | {"frame_id": frame_number(fields.get("frame_id"), where) - 1}
         elif plain(key) in _PEOPLE and not moments.tells(fields):  # everybody of one image
             fields = {"frame": 0}
         elif re.search(r"[\d.]", key):  # an object of images by their names
@@ -148,15 +148,6 @@ def frames(
         )
 
 
-def _from_1(fields: Mapping[str, Any], where: str) -> int:
-    frame = frame_number(fields.get("frame_id"), where)
-    if frame < 1:
-        raise InputError(
-            "times-broken", f"{where}: expected frames from 1, as MMPose's demos count, got frame 0."
-        )
-    return frame - 1
-
-
 def frame_files(path: Path) -> list[Path]:
     """A folder's files of frames, sorted by name; none for anything else."""
     folder = path / "predictions" if (path / "predictions").is_dir() else path
@@ -166,21 +157,16 @@ def frame_files(path: Path) -> list[Path]:
     ]
 
 
-def _numbered(path: Path, what: str) -> list[tuple[int, Path]]:
-    """Frame and file in order. InputError as of `numbered_files`, and for a folder without any."""
-    files = frame_files(path)
+def numbered_files(path: Path, files: Sequence[Path], what: str) -> list[tuple[int, Path]]:
+    """Number and file of each frame in a folder, in order: the last number in a name that is not the same in all of
+    them counts. what: in words. InputError without any file, for one without a number, and for those of several videos.
+    """
     if not files:
         raise InputError(
             "format-unknown",
             f"Expected {what} in a folder of files numbered by frame (walk_0000{_ENDING}, cam01.0000.json) at {path}, "
             "found none there.",
         )
-    return numbered_files(path, files)
-
-
-def numbered_files(path: Path, files: Sequence[Path]) -> list[tuple[int, Path]]:
-    """Number and file of each frame in a folder, in order: the last number in a name that is not the same in all of
-    them counts. InputError for a file without it, and for those of several videos."""
     names = [_NUMBER.split(stem(file.name).removesuffix("_keypoints")) for file in files]
     places = range(2, max(map(len, names)) + 1, 2)  # of the numbers, from the end
     place = next((p for p in places if len({name[-p] for name in names if len(name) > p}) > 1), 2)
@@ -217,7 +203,7 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
         held = [held.get("x"), held.get("y"), *([] if score is None else [score])]
         values = numbers(held, where).T
     elif isinstance(held, list) and held and isinstance(held[0], dict):  # TF.js
-        values = numbers([_point(point) for point in held], where)
+        values = numbers([by_name(point, "xy") for point in held], where)
     else:
         values = numbers(held, where)
         if values.ndim == 1 and len(values) and not len(values) % 3:
@@ -229,27 +215,23 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
                 "format-unknown",
                 f"{where}: expected 2D keypoints, got three coordinates each: a 3D output; give it with --poses.",
             )
-        if values.shape != (*joint_scores.shape, 2):
-            raise InputError(
-                "wrong-content",
-                f"{where}: expected x, y and one score of each joint, got keypoints of shape {values.shape} and scores "
-                f"of shape {joint_scores.shape}.",
-            )
-        values = np.column_stack([values, joint_scores])
+        fit = values.shape == (*joint_scores.shape, 2)
+        values = np.column_stack([values, joint_scores]) if fit else np.empty(0)
     if values.ndim != 2 or values.shape[1] not in (2, 3) or not len(values):
         raise InputError(
             "wrong-content",
-            f"{where}: expected x, y and one score of each joint, got keypoints of shape {values.shape}.",
+            f"{where}: expected x, y and one score of each joint, got {reprlib.repr(person)}.",
         )
     return values[:, :2], values[:, 2] if values.shape[1] == 3 else np.full(len(values), np.nan)
 
 
-def _point(point: Any) -> list[Any] | None:
-    """x, y and score, as TF.js has them, or PoseNet with the place in `position`."""
+def by_name(point: Any, axes: str) -> list[Any] | None:
+    """The coordinates of a point and its score, as TF.js and MediaPipe have them, or PoseNet with the place in
+    `position`."""
     if not isinstance(point, dict):
         return None
     place = point["position"] if isinstance(point.get("position"), dict) else point
-    return [place.get("x"), place.get("y"), _first(point, _SCORE)]
+    return [*(place.get(axis) for axis in axes), _first(point, _SCORE)]
 
 
 def surely_2d(person: Mapping[str, Any]) -> bool:

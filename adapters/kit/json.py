@@ -30,7 +30,15 @@ def beginning(path: Path) -> Any:
     for anything else. Never raises."""
     start = first_bytes(path, _PEEK_BYTES)
     try:
-        return [*map(json.loads, _lines(start))] or _cut(start.decode("utf-8-sig", errors="ignore"))
+        if lines := _lines(start):
+            return [*map(json.loads, lines)]
+        text = _HALVES.sub("?", start.decode("utf-8-sig", errors="ignore"))
+        if text.lstrip()[:1] not in ("[", "{"):
+            return None
+        try:
+            return from_json(text)
+        except ValueError:
+            return from_json(text[: text.rfind(",")], allow_partial=True)
     except (ValueError, RecursionError):
         return None
 
@@ -42,18 +50,6 @@ def _lines(start: bytes) -> list[bytes]:
     ends = {b"{": b"}", b"[": b"]"}
     several = len(lines) > 1 and all(line and ends.get(line[:1]) == line[-1:] for line in wholes)
     return wholes if several else []
-
-
-def _cut(text: str) -> Any:
-    """What a list or an object holds, of one that goes on behind the text all up to its last comma. ValueError for
-    anything else."""
-    if text.lstrip()[:1] not in ("[", "{"):
-        raise ValueError("expected a list or an object")
-    text = _HALVES.sub("?", text)
-    try:
-        return from_json(text)
-    except ValueError:
-        return from_json(text[: text.rfind(",")], allow_partial=True)
 
 
 def load(path: Path, what: str) -> Any:
@@ -99,11 +95,12 @@ def field(entry: Any, key: str, where: str) -> Any:
     return entry[key]
 
 
-def entries(values: Any, where: str) -> list[Any]:
-    """The values if they are a list; otherwise InputError."""
+def entries(content: Any, key: str, path: Path) -> Iterator[tuple[Any, str]]:
+    """Each element of the list that a file's object has under that key, and its place. InputError for anything else."""
+    values = field(content, key, str(path))
     if not isinstance(values, list):
-        raise InputError("wrong-content", f"{where}: expected a list, got {reprlib.repr(values)}.")
-    return values
+        raise InputError("wrong-content", f"{path}: expected a list, got {reprlib.repr(values)}.")
+    yield from ((value, f"{path}, {key} {i}") for i, value in enumerate(values))
 
 
 def numbers(values: Any, where: str) -> np.ndarray:

@@ -50,7 +50,8 @@ def fits(path: Path, key: str | None = None) -> frozenset[str]:
 
 def lifters_of(joints: np.ndarray) -> frozenset[str]:
     """The adapters whose .npy begins with these joints (T, 17, 3); "arrays" where they are no known lifter's."""
-    if _scored(joints):
+    scores = joints[..., 2][np.isfinite(joints[..., 2])]
+    if len(scores) and scores.min() >= 0 and scores.max() <= 1 and in_pixels(joints):  # of places in an image
         return frozenset()
     root = joints[:, H36M17.index("pelvis")]
     if root[0, 2] == 0 and root[0, :2].any():
@@ -58,12 +59,6 @@ def lifters_of(joints: np.ndarray) -> frozenset[str]:
     if np.nan_to_num(joints).any() and ((root == 0) | np.isnan(root)).all() and not in_pixels(joints):
         return frozenset({"motionbert", "ddhpose", "videopose3d"} if looks_metric(joints) else {"motionbert"})
     return frozenset({"videopose3d"} if looks_metric(joints) else {"arrays"})
-
-
-def _scored(joints: np.ndarray) -> bool:
-    """Whether joints (T, 17, 3) are places in an image with scores."""
-    scores = joints[..., 2][np.isfinite(joints[..., 2])]
-    return bool(len(scores) and scores.min() >= 0 and scores.max() <= 1 and in_pixels(joints))
 
 
 def in_camera(joints: np.ndarray, clip: int | None = None, **said: Any) -> PoseSequence:

@@ -73,8 +73,3 @@ def whole_text(path: Path, what: str) -> str:
     if not text.strip():
         raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty; copy it again.")
     return text
-
-
-def filled_lines(path: Path, what: str) -> list[str]:
-    """The lines of a text that hold anything, one at least; InputError, saying that `what` was expected."""
-    return [line for line in whole_text(path, what).splitlines() if line.strip()]

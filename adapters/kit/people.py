@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -36,12 +36,8 @@ class People:
         """where: the file, for errors."""
         self._where = where
         self._joints, self._dims = 0, 0
-        self._moments, self._points, self._scores, self._boxes = (
-            array("q"),
-            array("f"),
-            array("f"),
-            array("f"),
-        )
+        self._moments = array("q")
+        self._points, self._scores, self._boxes = array("f"), array("f"), array("f")
         self._rows_of: dict[str, array] = defaultdict(lambda: array("q"))  # of people whom the file names
         self._crowd = 0  # people of the last moment so far
 
@@ -119,21 +115,14 @@ class People:
                 f"{self._where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
                 "(OpenPose: --keypoint_scale 0).",
             )
-        unknown = saying_nothing(scores)
-        frames, rows_of = self._frames(clock), self._named()
-        single = len(np.unique(frames[~gone.all(axis=1)])) == (~gone.all(axis=1)).sum()
-        if not rows_of:
-            alone = np.flatnonzero(~gone.all(axis=1))
-            rows_of = {"0": alone} if single else followed(frames, points)
-        layout, linked = likely_layout(points, likely), not self._rows_of
+        frames, named = self._frames(clock), bool(self._rows_of)
+        rows_of, _ = self._tracks(frames, points, np.flatnonzero(~gone.all(axis=1)))
+        unknown, layout = saying_nothing(scores), likely_layout(points, likely)
         people = []
-        for person, rows in rows_of.items():
-            poses = self._sequence(
-                person, rows, frames, points, scores, unknown, layout, IMAGE, "--set keypoints."
-            )
-            if linked:
+        for _, poses in self._sequences(rows_of, frames, points, scores, unknown, layout, IMAGE):
+            if not named:
                 poses = poses.with_(linked=True).noted("link people", method="nearest")
-            people.append(poses.saying(*_sure_leap(poses)) if not linked or len(rows_of) == 1 else poses)
+            people.append(poses.saying(*_sure_leap(poses)) if named or len(rows_of) == 1 else poses)
         if unknown == "all are 0":
             people = [poses.saying(notice("scores-all-zero")) for poses in people]
         return self._finished(people, clock)
@@ -153,25 +142,21 @@ class People:
         errors as for `keypoints`; the history says by what people without names were told apart.
         """
         points, scores = self.points[:, : len(layout)], self.scores[:, : len(layout)]
-        unknown = saying_nothing(scores)
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
         boxed = bool(np.isfinite(boxes).all() and np.ptp(boxes, axis=0).any())
         shown = boxes.reshape(-1, 2, 2) if boxed else points[..., plane]
-        frames, rows_of, method = self._frames(clock), self._named(), ""
-        if not rows_of and len(np.unique(frames)) == len(frames):
-            rows_of = {"0": slice(None)}
-        elif not rows_of:
-            method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
-            rows_of = followed(frames, shown)
+        frames = self._frames(clock)
+        rows_of, linked = self._tracks(frames, shown, np.arange(len(frames)))
+        method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
         people = []
-        for person, rows in rows_of.items():
-            poses = self._sequence(person, rows, frames, points, scores, unknown, layout, frame, "-O ")
-            if method:
+        for rows, poses in self._sequences(
+            rows_of, frames, points, scores, saying_nothing(scores), layout, frame
+        ):
+            if linked:
                 poses = poses.with_(linked=True).noted("link people", method=method)
                 poses = poses if boxed or placed else poses.saying(notice("people-by-poses-alone"))
             elif boxed or placed:
-                order = _in_order(rows, frames)
-                poses = poses.saying(*leap(frames[order], shown[order]))
+                poses = poses.saying(*leap(frames[rows], shown[rows]))
             people.append(poses)
         return self._finished(people, clock)
 
@@ -200,39 +185,56 @@ class People:
             raise self._crowded(f"{_MOST_IN_FRAME} people in a frame")
         return moments if clock is None else clock.index[moments]
 
-    def _named(self) -> dict[str, Any]:
-        """The rows of everybody whom the file names, by name, in order of appearance."""
-        moments = np.frombuffer(self._moments, np.int64)
-        return dict(
-            sorted(self._rows_of.items(), key=lambda item: moments[np.frombuffer(item[1], np.int64)].min())
-        )
+    def _tracks(
+        self, frames: np.ndarray, shown: np.ndarray, visible: np.ndarray
+    ) -> tuple[dict[str, Any], bool]:
+        """The rows of everybody by name, in order of appearance, and whether nearness tells them apart, as it does
+        where the file names nobody and has several in a frame. shown: (N, J, 2) in the image. visible: rows of people.
+        """
+        if self._rows_of:
+            moments = np.frombuffer(self._moments, np.int64)
+            by_appearance = sorted(self._rows_of.items(), key=lambda item: moments[np.asarray(item[1])].min())
+            return dict(by_appearance), False
+        if len(np.unique(frames[visible])) == len(visible):
+            return {"0": visible}, False
+        return followed(frames, shown), True
 
-    def _sequence(
+    def _sequences(
         self,
-        person: str,
-        rows: Any,
+        rows_of: dict[str, Any],
         frames: np.ndarray,
         points: np.ndarray,
         scores: np.ndarray,
         unknown: str,
         layout: Layout,
         frame: Frame,
-        flag: str,
-    ) -> PoseSequence:
-        """flag: how an option of the adapter is given. InputError when the person is in a frame twice."""
-        rows = _in_order(rows, frames)
-        twice = frames[rows][1:][np.diff(frames[rows]) == 0]
-        if len(twice):
-            raise InputError(
-                "people-mixed",
-                f"{self._where}: expected each person once a frame, got person {person} more than once in frame "
-                f"{twice[0]}, so people are not tracked in this file; track them in the program that wrote it, or pass "
-                f"track=true ({flag}track=true), where its adapter has that, to join each one to the nearest of the "
-                "frames before.",
+    ) -> Iterator[tuple[np.ndarray, PoseSequence]]:
+        """Rows in order of time, and poses, of each person; scores outside [0, 1] are clipped. unknown: why all scores
+        say nothing. InputError when somebody is in a frame twice."""
+        for person, rows in rows_of.items():
+            rows = np.asarray(rows)
+            rows = rows[np.argsort(frames[rows], kind="stable")]
+            twice = frames[rows][1:][np.diff(frames[rows]) == 0]
+            if len(twice):
+                flag = "--set keypoints." if frame is IMAGE else "-O "
+                raise InputError(
+                    "people-mixed",
+                    f"{self._where}: expected each person once a frame, got person {person} more than once in frame "
+                    f"{twice[0]}, so people are not tracked in this file; track them in the program that wrote it, or "
+                    f"pass track=true ({flag}track=true), where its adapter has that, to join each one to the nearest "
+                    "of the frames before.",
+                )
+            own = scores[rows]
+            confidence = np.full_like(own, np.nan) if unknown else np.clip(own, 0, 1)
+            poses = PoseSequence(
+                points[rows], layout, frame, confidence, frame_index=frames[rows], person=person
             )
-        confidence, changes = _confidences(scores[rows], unknown)
-        poses = PoseSequence(points[rows], layout, frame, confidence, frame_index=frames[rows], person=person)
-        return poses.noted("scores", **changes) if changes else poses
+            clipped = int(((own < 0) | (own > 1)).sum())
+            if unknown:
+                poses = poses.noted("scores", unknown=unknown)
+            elif clipped:
+                poses = poses.noted("scores", clipped=clipped, highest=float(np.nanmax(own)))
+            yield rows, poses
 
     def _finished(self, people: list[PoseSequence], clock: Clock | None) -> tuple[PoseSequence, ...]:
         """With the clock's times, and the notice that sightings without a name were left out."""
@@ -252,24 +254,6 @@ def in_pixels(shares: np.ndarray, image_size: tuple[int, int] | None, where: str
             "its images (--set read.image_size=1920x1080, of inspect -O image_size=1920,1080).",
         )
     return shares * image_size
-
-
-def _in_order(rows: Any, frames: np.ndarray) -> Any:
-    """The rows in order of time: a view where all are so already, for an index would copy hours of video."""
-    if isinstance(rows, slice):
-        return rows if (np.diff(frames) > 0).all() else np.argsort(frames)
-    numbers = np.frombuffer(rows, np.int64) if isinstance(rows, array) else rows
-    return numbers[np.argsort(frames[numbers], kind="stable")]
-
-
-def _confidences(scores: np.ndarray, unknown: str) -> tuple[np.ndarray, dict[str, Any]]:
-    """Scores (T, J) as confidences, those outside [0, 1] clipped, NaN where they are `unknown` (`saying_nothing`); and
-    what the history says of that."""
-    if unknown:
-        return np.full_like(scores, np.nan), {"unknown": unknown}
-    outside = (scores < 0) | (scores > 1)
-    changes = {"clipped": int(outside.sum()), "highest": float(np.nanmax(scores))} if outside.any() else {}
-    return np.clip(scores, 0, 1), changes
 
 
 def saying_nothing(scores: np.ndarray) -> str:

@@ -29,11 +29,10 @@ _NUMBERS = "biufSU"
 
 
 class _Dtype:
+    """What `numpy.dtype` makes; the order of its bytes comes in a state after it."""
+
     def __init__(self, text: str, *_: Any) -> None:
         self.text, self.order = text, "="
-
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        self.order = state[1]
 
     @property
     def numpy(self) -> np.dtype:
@@ -44,21 +43,25 @@ class _Dtype:
 
 
 class _Array:
-    """What numpy's own pickles make: `_reconstruct`, then a state of version, shape, dtype, order and bytes."""
+    """What `_reconstruct` makes; shape, dtype, order and bytes come in a state after it, and maybe after a reference to
+    it."""
+
+    state: tuple[Any, ...] = ()
 
     def __init__(self, *_: Any) -> None:
-        self.state: Any = None
-
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        self.state = state
+        """Whatever the arguments say of an empty array."""
 
     @property
-    def numpy(self) -> Any:
+    def content(self) -> Any:
         """The array; one of Python objects as nested lists, which are still to be resolved."""
         _, shape, dtype, fortran, raw = self.state
         if dtype.text.startswith("O"):
             return _nested(list(raw), shape)
-        return np.frombuffer(_bytes(raw), dtype.numpy).reshape(shape, order="F" if fortran else "C")
+        return _from_buffer(_bytes(raw), dtype, shape, "F" if fortran else "C")
+
+
+class _Wrapped:
+    """joblib's: shape, order and dtype come in a state after it, and behind that the bytes."""
 
 
 def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
@@ -77,49 +80,24 @@ def _bytes(raw: Any) -> Any:
     return raw.encode("latin1") if isinstance(raw, str) else raw  # Python 2 wrote bytes as text
 
 
-class _Buffer:
-    """What numpy's pickles of protocol 5 make: `_frombuffer` of bytes, dtype, shape and order."""
-
-    def __init__(self, raw: Any, dtype: _Dtype, shape: tuple[int, ...], order: str, *_: Any) -> None:
-        self.raw, self.dtype, self.shape, self.order = raw, dtype, shape, order
-
-    @property
-    def numpy(self) -> np.ndarray:
-        if self.order not in ("C", "F"):
-            raise InputError(
-                "wrong-content", f"expected arrays stored by rows or columns, got order {self.order!r}."
-            )
-        return np.frombuffer(self.raw, self.dtype.numpy).reshape(self.shape, order=self.order)
+def _from_buffer(raw: Any, dtype: _Dtype, shape: tuple[int, ...], order: str, *_: Any) -> np.ndarray:
+    """numpy's `_frombuffer`, (...,), of pickles of protocol 5."""
+    if order not in ("C", "F"):
+        raise InputError("wrong-content", f"expected arrays stored by rows or columns, got order {order!r}.")
+    return np.frombuffer(raw, dtype.numpy).reshape(shape, order=order)
 
 
-class _Scalar:
-    def __init__(self, dtype: _Dtype, raw: bytes) -> None:
-        self.dtype, self.raw = dtype, raw
-
-    @property
-    def numpy(self) -> Any:
-        return np.frombuffer(_bytes(self.raw), self.dtype.numpy)[0]
-
-
-class _Wrapped:
-    """joblib's: shape, order and dtype as attributes; the bytes follow in the file."""
-
-    raw = b""
-
-    @property
-    def numpy(self) -> np.ndarray:
-        attributes: dict[str, Any] = vars(self)
-        array = np.frombuffer(self.raw, attributes["dtype"].numpy)
-        return array.reshape(attributes["shape"], order="F" if attributes["order"] == "F" else "C")
+def _scalar(dtype: _Dtype, raw: bytes) -> Any:
+    return np.frombuffer(_bytes(raw), dtype.numpy)[0]
 
 
 _NAMES = {
     ("numpy", "ndarray"): _Array,
     ("numpy", "dtype"): _Dtype,
     **{(f"numpy.{core}.multiarray", "_reconstruct"): _Array for core in ("core", "_core")},
-    **{(f"numpy.{core}.multiarray", "scalar"): _Scalar for core in ("core", "_core")},
+    **{(f"numpy.{core}.multiarray", "scalar"): _scalar for core in ("core", "_core")},
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Wrapped,
-    **{(f"numpy.{core}.numeric", "_frombuffer"): _Buffer for core in ("core", "_core")},
+    **{(f"numpy.{core}.numeric", "_frombuffer"): _from_buffer for core in ("core", "_core")},
     ("_codecs", "encode"): lambda text, _: text.encode("latin1"),  # how old protocols write bytes
     ("collections", "OrderedDict"): dict,
     ("collections", "defaultdict"): lambda *_: {},
@@ -150,23 +128,26 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
         )
 
     def load_build(self) -> None:
-        made, state = self.stack[-2:]  # type: ignore[attr-defined]
-        # Of anything else, the state could change our own classes and functions.
-        if not isinstance(made, (_Array, _Dtype, _Wrapped)) or not isinstance(state, (tuple, dict)):
+        state = self.stack.pop()  # type: ignore[attr-defined]
+        made = self.stack[-1]  # type: ignore[attr-defined]
+        if isinstance(made, _Array) and isinstance(state, tuple):
+            made.state = state
+        elif isinstance(made, _Dtype) and isinstance(state, tuple):
+            made.order = state[1]
+        elif isinstance(made, _Wrapped) and isinstance(state, dict):
+            self.stack[-1] = self._following(state)  # type: ignore[attr-defined]
+        else:  # a state could change our own classes and functions
             raise InputError(
                 "unsafe", f"expected arrays and plain containers, got a pickle that changes {made!r:.60}."
             )
-        if isinstance(made, _Wrapped) != isinstance(state, dict):
-            raise InputError(
-                "wrong-content", "expected arrays as numpy and joblib write them, got another state."
-            )
-        super().load_build()  # type: ignore[misc]
-        if isinstance(made, _Wrapped):
-            attributes = vars(made)
-            if attributes.get("numpy_array_alignment_bytes") is not None:
-                self.stream.read(self.stream.read(1)[0])
-            count = int(np.prod([int(n) for n in attributes["shape"]], dtype=object))
-            made.raw = self.stream.read(count * attributes["dtype"].numpy.itemsize)
+
+    def _following(self, state: dict[str, Any]) -> np.ndarray:
+        """The array (...,) whose bytes come next in the file."""
+        if state.get("numpy_array_alignment_bytes") is not None:
+            self.stream.read(self.stream.read(1)[0])
+        count = int(np.prod([int(n) for n in state["shape"]], dtype=object))
+        raw = self.stream.read(count * state["dtype"].numpy.itemsize)
+        return _from_buffer(raw, state["dtype"], state["shape"], "F" if state["order"] == "F" else "C")
 
     dispatch[pickle.BUILD[0]] = load_build
 
@@ -238,14 +219,12 @@ def _resolved(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
 
 def _made(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
     if isinstance(value, _Array):
-        held = value.numpy
+        held = value.content
         return held if isinstance(held, np.ndarray) else _resolved(held, done)
-    if isinstance(value, (_Buffer, _Scalar, _Wrapped)):
-        return value.numpy
     if isinstance(value, dict):
         return {_resolved(key, done): _resolved(entry, done) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
         return type(value)(_resolved(entry, done) for entry in value)
-    if value is None or isinstance(value, (bool, int, float, str, bytes)):
+    if value is None or isinstance(value, (bool, int, float, str, bytes, np.ndarray, np.generic)):
         return value
     raise InputError("wrong-content", f"expected arrays and plain containers, got a {type(value).__name__}.")

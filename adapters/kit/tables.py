@@ -11,8 +11,10 @@ import csv
 import re
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -128,37 +130,37 @@ def read_points(
     InputError, saying that `what` was expected, for what is no table of points, for a cell that is no number, and as
     for `Moments`.
     """
+    with _table(path, what) as file:
+        header = _header([file.readline(_PEEK_BYTES) for _ in range(len(_STACKED) + 1)], names)
+        if header is None:
+            raise InputError(
+                "wrong-content", f"Expected {what} in {path}, got no table with columns of points."
+            )
+        file.seek(0)
+        wanted = {
+            header.names.index(name): cells for name, cells in (only or {}).items() if name in header.names
+        }
+        rows = csv.reader(file, delimiter=header.delimiter, skipinitialspace=True)
+        kept = (
+            (f"{path}, line {line}", row)
+            for line, row in enumerate(rows, 1)
+            if line > header.lines
+            and any(map(str.strip, row))
+            and all(_cell(row, column) in cells for column, cells in wanted.items())
+        )
+        return _read(kept, header, Moments(str(path), recording))
+
+
+@contextmanager
+def _table(path: Path, what: str) -> Iterator[TextIO]:
+    """A text, opened; InputError, saying that `what` was expected, when it is none or no table."""
     try:
         with opened_text(path, what) as file:
-            header = _header([file.readline(_PEEK_BYTES) for _ in range(len(_STACKED) + 1)], names)
-            if header is None:
-                raise InputError(
-                    "wrong-content", f"Expected {what} in {path}, got no table with columns of points."
-                )
-            file.seek(0)
-            rows = csv.reader(file, delimiter=header.delimiter, skipinitialspace=True)
-            filled = (
-                (line, row)
-                for line, row in enumerate(rows, 1)
-                if line > header.lines and any(map(str.strip, row))
-            )
-            wanted = [
-                (header.names.index(column), cells)
-                for column, cells in (only or {}).items()
-                if column in header.names
-            ]
-            kept = (
-                (line, row)
-                for line, row in filled
-                if all(_cell(row, column) in cells for column, cells in wanted)
-            )
-            return _read(kept, header, path, recording)
+            yield file
     except csv.Error:
-        raise _no_table(path, what) from None
-
-
-def _no_table(path: Path, what: str) -> InputError:
-    return InputError("format-unknown", f"Expected {what} in {path}, got a file that is not a text table.")
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
+        ) from None
 
 
 def column_names(path: Path) -> list[str]:
@@ -175,17 +177,15 @@ def read_columns(path: Path, what: str, wanted: Sequence[str]) -> dict[str, np.n
     """Columns of numbers (T,) by their lower-case names, those of `wanted` that are there, NaN where a cell is missing.
     Lines that begin with # are comments. InputError, saying that `what` was expected, for a cell that is no number."""
     names = column_names(path)
-    with opened_text(path, what) as file:
+    with _table(path, what) as file:
         lines = [(at, line) for at, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
-    delimiter = _delimiter(lines[0][1]) if lines else ","
-    header = Header(tuple(names), {}, None, None, (), delimiter, 1)
-    try:
+        delimiter = _delimiter(lines[0][1]) if lines else ","
         rows = [(f"{path}, line {at}", _cells(line, delimiter)) for at, line in lines[1:]]
-    except csv.Error:
-        raise _no_table(path, what) from None
-    columns = {name: names.index(name) for name in wanted if name in names}
+    header = Header(tuple(names), {}, None, None, (), delimiter, 1)
     return {
-        name: np.array([_number(row, i, header, where) for where, row in rows]) for name, i in columns.items()
+        name: np.array([_number(row, names.index(name), header, where) for where, row in rows])
+        for name in wanted
+        if name in names
     }
 
 
@@ -240,19 +240,18 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     plain_names = [plain(name) for name in names]
     label = next((i for i, name in enumerate(plain_names) if name in _LABELS), None)
     person = next((names.index(name) for name in of_kind("person", names)), None)
-    short = ["_".join(part for part in name.split("_") if part not in _LEFT_OUT) for name in plain_names]
-    if any("world" in name for name in plain_names):  # the image's coordinates may stand beside these
-        short = [
-            part if "world" in name or _AXIS.get(name.rpartition("_")[2]) == _SCORE else ""
-            for name, part in zip(plain_names, short, strict=True)
-        ]
     coordinates = [i for i, name in enumerate(plain_names) if kind_of(name) in ("", "like") and _column(name)]
-    columns = {i: column for i in coordinates if (column := _column(short[i])) is not None}
-    values = {i: column for i, column in columns.items() if bool(column.point) == (label is None)}
+    world = any("world" in name for name in plain_names)  # the image's coordinates may stand beside these
+    values: dict[int, _Column] = {}
+    for i in coordinates:
+        column = _column("_".join(part for part in plain_names[i].split("_") if part not in _LEFT_OUT))
+        shown = (
+            not world or "world" in plain_names[i] or _AXIS.get(plain_names[i].rpartition("_")[2]) == _SCORE
+        )
+        if column is not None and shown and bool(column.point) == (label is None):
+            values[i] = column
     placed = {column.point for column in values.values() if column.axis != _SCORE}
-    values = {
-        i: column for i, column in values.items() if column.point in placed
-    }  # not SLEAP's instance.score
+    values = {i: each for i, each in values.items() if each.point in placed}  # not SLEAP's instance.score
     numbered = {i: column for i, column in values.items() if _POINT.fullmatch(column.point)}
     if min((int(column.point) for column in numbered.values()), default=0) == 1:  # x1 to x33
         values |= {i: _Column(str(int(column.point) - 1), column.axis) for i, column in numbered.items()}
@@ -283,14 +282,13 @@ def _label(name: str) -> str:
     return str(int(match[1])) if match else word
 
 
-def _read(rows: Iterator[tuple[int, list[str]]], header: Header, path: Path, recording: str | None) -> Points:
-    moments = Moments(str(path), recording)
-    at, data = array("q"), array("f")  # of each row
+def _read(rows: Iterator[tuple[str, list[str]]], header: Header, moments: Moments) -> Points:
+    """rows: where each is, and its cells."""
+    at, data, label_of = array("q"), array("f"), array("q")  # of each row
     people: list[str | None] = []
-    label_of, labels = array("q"), {}  # of each row, where a row is a point; and their numbers
-    columns = list(header.values)
-    for line, row in rows:
-        where = f"{path}, line {line}"
+    labels: dict[str, int] = {}  # numbers of the points, where a row is one
+    columns = list(header.values.values())
+    for where, row in rows:
         clock_cells = {header.names[i]: _decimal(row[i], header) for i in header.clocks if i < len(row)}
         person = None if header.person is None else _cell(row, header.person)
         person = None if person is None or person.lower() in (*_MISSING, "-1") else person
@@ -298,9 +296,9 @@ def _read(rows: Iterator[tuple[int, list[str]]], header: Header, path: Path, rec
         if moment is None:
             continue
         try:
-            data.extend([float(row[i]) for i in columns])
+            data.extend([float(row[i]) for i in header.values])
         except (ValueError, IndexError):
-            data.extend([_number(row, i, header, where) for i in columns])
+            data.extend([_number(row, i, header, where) for i in header.values])
         at.append(moment)
         people.append(person)
         if header.label is not None:
@@ -309,47 +307,36 @@ def _read(rows: Iterator[tuple[int, list[str]]], header: Header, path: Path, rec
     values = np.frombuffer(data, np.float32).reshape(len(at), len(columns))
     if len(set(people)) == len(people) > 2:  # numbers of rows
         people = [None] * len(people)
+    points, sighting, first = tuple(labels), np.arange(len(at)), np.arange(len(at))
     if header.label is None:
-        return _wide(values, header, np.array(at), people, clock)
-    return _long(values, header, np.array(at), people, clock, np.array(label_of), tuple(labels))
+        points = tuple(dict.fromkeys(column.point for column in columns))
+    else:
+        sighting, first = _sightings(at, people, label_of)
+    everybody = list(dict.fromkeys(column.person for column in columns))  # of rows with several people
+    held = np.full((len(everybody), len(first), len(points), 4), np.nan, np.float32)
+    for i, column in enumerate(columns):
+        point = points.index(column.point) if header.label is None else label_of
+        held[everybody.index(column.person), sighting, point, column.axis] = values[:, i]
+    names = (
+        [people[row] for row in first] if everybody == [None] else np.repeat(everybody, len(first)).tolist()
+    )
+    seen = np.tile(np.asarray(at)[first], len(everybody))
+    return Points(points, held.reshape(len(seen), len(points), 4), seen, tuple(names), clock)
 
 
-def _wide(
-    values: np.ndarray, header: Header, at: np.ndarray, people: list[str | None], clock: Clock
-) -> Points:
-    """Of rows that have all points, maybe of several people in columns of their own."""
-    points = tuple(dict.fromkeys(column.point for column in header.values.values()))
-    everybody = list(dict.fromkeys(column.person for column in header.values.values()))
-    points_of = np.full((len(everybody), len(at), len(points), 4), np.nan, np.float32)
-    for i, column in enumerate(header.values.values()):
-        points_of[everybody.index(column.person), :, points.index(column.point), column.axis] = values[:, i]
-    if everybody != [None]:
-        people = [person for person in everybody for _ in at]
-        at = np.tile(at, len(everybody))
-    return Points(points, points_of.reshape(len(at), len(points), 4), at, tuple(people), clock)
-
-
-def _long(
-    values: np.ndarray,
-    header: Header,
-    at: np.ndarray,
-    people: list[str | None],
-    clock: Clock,
-    label_of: np.ndarray,
-    points: tuple[str, ...],
-) -> Points:
-    """Of a row a point: a point that comes again in a moment is the next person's."""
-    sighting, first, labels = np.zeros(len(at), dtype=np.int64), [], set()
-    for row, label in enumerate(label_of.tolist()):
-        if not row or at[row] != at[row - 1] or people[row] != people[row - 1] or label in labels:
+def _sightings(
+    at: Sequence[int], people: Sequence[str | None], labels: Sequence[int]
+) -> tuple[np.ndarray, list[int]]:
+    """Of rows with a point each, (N,) the number of the sighting that each belongs to, and the first row of each: a
+    point that comes again in a moment is the next person's."""
+    sighting, first, points = np.zeros(len(at), dtype=np.int64), [], set()
+    for row, label in enumerate(labels):
+        if not row or at[row] != at[row - 1] or people[row] != people[row - 1] or label in points:
             first.append(row)
-            labels = set()
-        labels.add(label)
+            points = set()
+        points.add(label)
         sighting[row] = len(first) - 1
-    points_of = np.full((len(first), len(points), 4), np.nan, np.float32)
-    for i, column in enumerate(header.values.values()):
-        points_of[sighting, label_of, column.axis] = values[:, i]
-    return Points(points, points_of, at[first], tuple(people[row] for row in first), clock)
+    return sighting, first
 
 
 def _row_label(row: list[str], header: Header) -> str:

@@ -58,12 +58,11 @@ def people_of(
     """
     frame = world(up or markers.up, unit or markers.unit)
     subjects = by_subject(markers)
-    if len(subjects) == 1:
-        return tuple(_person(points, where, frame, up, made_by) for points in subjects.values())
     people, reasons = [], {}
     for name, points in subjects.items():
+        place, named = (where, {}) if len(subjects) == 1 else (f"{where}, subject {name}", {"person": name})
         try:
-            people.append(_person(points, f"{where}, subject {name}", frame, up, made_by).with_(person=name))
+            people.append(_person(points, place, frame, up, made_by).with_(**named))
         except _NoBodyError as error:
             reasons[name] = error
     if not people:

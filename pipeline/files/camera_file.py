@@ -133,12 +133,9 @@ def _in_tree(tree: Any, name: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """Every mapping with a camera matrix, as entries of _ENTRIES, by the name that it states or has where it lies."""
     if not isinstance(tree, dict):
         return
-    plain = {str(key).lower().replace("_", ""): value for key, value in tree.items()}
+    plain = {str(key).lower().replace("_", ""): value for key, value in tree.items() if value is not None}
     entries = {
-        entry: plain[key]
-        for entry, keys in _ENTRIES.items()
-        for key in reversed(keys)
-        if plain.get(key) is not None
+        entry: plain[key] for entry, keys in _ENTRIES.items() for key in reversed(keys) if key in plain
     }
     if "matrix" in entries:
         stated = entries.get("name")

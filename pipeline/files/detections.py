@@ -24,9 +24,7 @@ _NUMBERS = {  # dimensions, kind of dtype
     "damaged": (1, "i"), "repeated": (1, "i"), "change": (1, "f"),
 }  # fmt: skip
 _LISTED = 5  # frames or people named in a sentence
-# Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
-# rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
-_REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
+_MOST = 0.5  # where more repeat, as of 10 frames a second in 30, accelerations were up to twice too high
 _FROZEN = 12  # images in a row that are told as one that stands still
 MOVES = 12.0  # grey values of `change`: a key frame leaves a still scene as it is within that
 _WORDS = ("layout", "method", "source")
@@ -96,20 +94,20 @@ class Detections:
             ]
         if not len(repeated):
             return []
-        apart, long = np.diff([run[0] for run in runs]), np.array([len(run) for run in runs[:-1]])
-        alike = abs(apart - np.median(apart)) <= 1 if len(apart) >= _REGULAR else np.zeros(1, bool)
-        if alike.mean() > _ALIKE:
-            fps = np.ptp(frames) / np.ptp(person.times)
-            fps *= 1 - long[alike].sum() / apart[alike].sum()
-            where = f"regularly, as of {fps:.2g} frames a second, so times are off by up to one frame"
-        else:
-            spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
-            where = f"at frame {listed(spans)}"
+        spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
         change = self.change[first + 1 : last + 1]
         # Where hardly anything moves nobody can tell a repeat.
         compared = len(repeated) + int((np.delete(change, repeated - first - 1) >= MOVES).sum())
         weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
-        return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
+        return [
+            notice(
+                "images-repeated",
+                weight=weight,
+                repeated=len(repeated),
+                of=compared,
+                where=f"at frame {listed(spans)}",
+            )
+        ]
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
         """Notices where MoveNet, whose scores are known, finds a person in few images of many, or is so unsure of one

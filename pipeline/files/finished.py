@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError
 
 from ..core.camera import Background, Camera, FocalSource, view_rotation
 from ..core.errors import InputError
@@ -63,11 +63,13 @@ class _Rectification(BaseModel):
 
 
 class _Camera(BaseModel):
+    """Fields of a Camera by their names there."""
+
     image_size: tuple[int, int]
     focal_px: float
-    focal_sd_px: float | None
+    focal_sd_px: Annotated[float, BeforeValidator(lambda px: np.nan if px is None else px)]
     focal_source: FocalSource
-    no_up_reason: str
+    reason: str = Field(alias="no_up_reason")
     background: Background | None
 
 
@@ -150,23 +152,17 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
     judged = summary.verdict is not None
     poses = _poses(summary, arrays)
     rectified = _rectified(summary, arrays, poses)
-    camera = summary.camera
+    filtered = arrays.get("filtered")
     return Take(
         summary.take,
         keypoints=None if summary.keypoints is None else _keypoints(summary.keypoints, arrays),
-        camera=camera
-        and Camera(
-            camera.image_size,
-            camera.focal_px,
-            np.nan if camera.focal_sd_px is None else camera.focal_sd_px,
-            camera.focal_source,
-            reason=camera.no_up_reason,
-            background=camera.background,
-        ),
+        camera=None if summary.camera is None else Camera(**vars(summary.camera)),
         poses=poses,
         findings=grave(notices) if judged else None,
         rectified=rectified,
-        filtered=_filtered(summary, arrays, rectified.level),
+        filtered=None
+        if filtered is None
+        else rectified.level.with_(joints=filtered, path=None, history=summary.history),
         cutoff_hz=summary.cutoff_hz,
         angle_errors=summary.angle_errors,
         measures=None if summary.measures is None else read_measures(summary.measures),
@@ -191,46 +187,27 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
 
 
 def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequence) -> Rectified:
-    fields, unit = summary.rectification, poses.frame.unit
+    fields, axes = summary.rectification, poses.frame
     root, sd = _where_known(arrays["root"]), _where_known(arrays["root_sd"])
     covariance = None if sd is None else sd[:, None] ** 2 * np.eye(3)
     path = None if root is None else RootPath(root, covariance, summary.poses.root_shared)
-    upright = poses.with_(history=summary.history[: fields.steps])
-    sources = fields.up_by_source.items()
+    own = {}  # up, of a camera that stands so, and its error, by source
+    for name, source in fields.up_by_source.items():
+        if source.keys() >= {"pitch_deg", "roll_deg"}:
+            R = view_rotation(*(np.array(angle) for angle in (0.0, source["pitch_deg"], source["roll_deg"])))
+            own[name] = axes.basis @ R[:, 2], source.get("error_deg") or np.nan
     return Rectified(
-        level=upright.with_(
+        level=poses.with_(
             joints=arrays["level"],
-            frame=LEVEL.with_(unit=unit),
+            frame=LEVEL.with_(unit=axes.unit),
             path=path,
+            history=summary.history[: fields.steps],
         ),
-        method=fields.method,
-        level_heading=fields.level_heading,
-        level_ok=fields.level_ok,
-        level_reason=fields.level_reason,
-        source=poses.frame,
-        camera=fields.camera,
-        up_shares=fields.up_shares,
-        up_own={
-            name: (
-                _up(source["pitch_deg"], source["roll_deg"], poses.frame),
-                source.get("error_deg") or np.nan,
-            )
-            for name, source in sources
-            if source.keys() >= {"pitch_deg", "roll_deg"}
-        },
+        source=axes,
+        up_own=own,
+        **fields.model_dump(exclude={"up_by_source", "steps"}),
         **{name: arrays[name] for name in OF_RECTIFIED},
     )
-
-
-def _up(pitch_deg: float, roll_deg: float, frame: Frame) -> np.ndarray:
-    """(3,) up in the axes of `frame`, of a camera that stands so."""
-    return frame.basis @ view_rotation(*(np.array(angle) for angle in (0.0, pitch_deg, roll_deg)))[:, 2]
-
-
-def _filtered(summary: _Summary, arrays: dict[str, np.ndarray], level: PoseSequence) -> PoseSequence | None:
-    if "filtered" not in arrays:
-        return None
-    return level.with_(joints=arrays["filtered"], path=None, history=summary.history)
 
 
 def _keypoints(fields: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:

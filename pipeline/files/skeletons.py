@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -162,8 +162,6 @@ def h36m17(
 
 def h36m17_named(joints: np.ndarray, names: list[str]) -> np.ndarray:
     """(T, 17, 3) from joints (T, J, 3), metres, by their names. InputError when a joint has no known name."""
-    if joints.ndim != 3 or joints.shape[-1] != 3 or len(names) != joints.shape[1]:
-        raise InputError("wrong-content", f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
     if set(H36M17.joints) <= set(names):
         return joints[:, [names.index(joint) for joint in H36M17.joints]]
     points = {joint: joints[:, i] for joint, i in match(names).items()}
@@ -177,19 +175,15 @@ def h36m17_named(joints: np.ndarray, names: list[str]) -> np.ndarray:
 def h36m17_of_limbs(joints: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """(T, 17, 3) from joints (T, J, 3), metres, by their names: the legs, and the arms where they are there. The pelvis
     is mid-hips; all other joints are NaN. InputError without hips, knees and ankles."""
-    at = _by_plain_name(names)
-    for wanted in _limb_names():
-        indices = {joint: at[name] for joint, name in wanted.items() if name in at}
-        if all(f"{side}_{joint}" in indices for side in "lr" for joint in _LIMBS[:3]):
-            made = np.full((len(joints), len(H36M17), 3), np.nan)
-            for joint, i in indices.items():
-                made[:, H36M17.index(joint)] = joints[:, i]
-            hips = (joints[:, indices["l_hip"]] + joints[:, indices["r_hip"]]) / 2
-            made[:, H36M17.index("pelvis")] = hips
-            return made
-    raise InputError(
-        "wrong-content", f"Expected hips, knees and ankles under common names, got {', '.join(names[:40])}."
-    )
+    if not (limbs := _limbs(names, LEG)):
+        raise InputError(
+            "wrong-content",
+            f"Expected hips, knees and ankles under common names, got {', '.join(names[:40])}.",
+        )
+    made = np.full((len(joints), len(H36M17), 3), np.nan)
+    made[:, H36M17.indices(tuple(limbs))] = joints[:, list(limbs.values())]
+    made[:, H36M17.index("pelvis")] = (joints[:, limbs["l_hip"]] + joints[:, limbs["r_hip"]]) / 2
+    return made
 
 
 def match(names: Sequence[str]) -> dict[str, int]:
@@ -197,12 +191,10 @@ def match(names: Sequence[str]) -> dict[str, int]:
 
     A name's case, separators and a prefix that all names share do not matter. InputError when a joint is not found.
     """
-    at = _by_plain_name(names)
+    at, limbs = _by_plain_name(names), _limbs(names, _LIMBS)
     neck = next((name for name in _NECKS if name in at), None)
-    for wanted in _limb_names():
-        if neck and "head" in at and all(name in at for name in wanted.values()):
-            limbs = {joint: at[name] for joint, name in wanted.items()}
-            return limbs | {"neck": at[neck], "head": at["head"]}
+    if limbs and neck and "head" in at:
+        return limbs | {"neck": at[neck], "head": at["head"]}
     raise InputError(
         "wrong-content",
         "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under common names, "
@@ -217,15 +209,21 @@ def _by_plain_name(names: Sequence[str]) -> dict[str, int]:
     return {name[shared:]: i for i, name in reversed(list(enumerate(plain)))}
 
 
-def _limb_names() -> Iterator[dict[str, str]]:
-    """By joint of the limbs, with its side, the plain name that each program gives it."""
-    for names in _WORDS:
+def _limbs(names: Sequence[str], parts: Sequence[str]) -> dict[str, int]:
+    """Position of each joint of the limbs, of the first program of whose names all these parts of both sides are there;
+    none where there is no such program."""
+    at = _by_plain_name(names)
+    for words in _WORDS:
         for sides in _SIDES:
-            yield {
-                f"{side}_{joint}": pattern.format(word)
+            limbs = {
+                f"{side}_{joint}": at[pattern.format(word)]
                 for side, pattern in sides.items()
-                for joint, word in zip(_LIMBS, names, strict=True)
+                for joint, word in zip(_LIMBS, words, strict=True)
+                if pattern.format(word) in at
             }
+            if all(f"{side}_{part}" in limbs for side in "lr" for part in parts):
+                return limbs
+    return {}
 
 
 def _head_axes(

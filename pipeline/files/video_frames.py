@@ -66,10 +66,9 @@ def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]
         yield from film.frames_from(first)
 
 
-def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None) -> dict[int, np.ndarray]:
-    """{frame number: image}, (H, W, 3) uint8 RGB or, with grey_side, (H, W), as `OnePass.ask` shows them. InputError as
-    for `images_from`."""
-    return OnePass(video).ask(frames, lambda _, image: image, grey_side)()
+def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
+    """{frame number: image}, (H, W, 3) uint8 RGB. InputError as for `images_from`."""
+    return OnePass(video).ask(frames, lambda _, image: image)()
 
 
 class OnePass:
@@ -124,21 +123,16 @@ def _frames_at(video: Video, frames: Iterable[int]) -> Iterator[tuple[int, Video
     """Those of these numbers, ascending, that are found."""
     with _opened(video) as film:
         coming: Iterator[tuple[int, VideoFrame]] | None = None
+        keys = video.key_frames
         for wanted in frames:
-            if coming is None or _has_key(video, film.number, wanted):
+            # Where no key frame lies between, a search would go back to what was decoded.
+            if coming is None or bisect_right(keys, film.number) < bisect_right(keys, wanted):
                 coming = film.frames_from(wanted)
             for number, frame in coming:
                 if number == wanted:
                     yield number, frame
                 if number >= wanted:
                     break
-
-
-def _has_key(video: Video, passed: int, wanted: int) -> bool:
-    """Whether there is a key frame behind frame `passed` and not behind `wanted`: otherwise a search for it would go
-    back to what was decoded."""
-    keys = video.key_frames
-    return bisect_right(keys, passed) < bisect_right(keys, wanted)
 
 
 @contextmanager
@@ -186,7 +180,7 @@ class _Film:
         self._tick = float(container.streams.video[0].time_base or 1)
         # AVI knows no times of showing: FFmpeg's are those of other frames where some are coded ahead (B-frames).
         self._stamp = "dts" if container.format.name == "avi" else "pts"
-        stamps = map(self._stamp_of, container.decode(video=0))
+        stamps = (getattr(frame, self._stamp) for frame in container.decode(video=0))
         start = next((stamp for stamp in stamps if stamp is not None), 0)
         self._stamps = start + np.round(video.time_s / self._tick).astype(np.int64)
 
@@ -195,7 +189,7 @@ class _Film:
         if first >= len(self._stamps):
             return
         for frame in self._decoded(int(self._stamps[first])):
-            stamp = self._stamp_of(frame)
+            stamp = getattr(frame, self._stamp)
             if stamp is None and self._stamp == "dts" and self.number + 1 < len(self._stamps):
                 stamp = self._stamps[self.number + 1]  # the last ones, which no packet follows
             if stamp is None:
@@ -205,9 +199,6 @@ class _Film:
                 self.number = number
                 if number >= first:
                     yield number, frame
-
-    def _stamp_of(self, frame: VideoFrame) -> int | None:
-        return getattr(frame, self._stamp)
 
     def _decoded(self, stamp: int) -> Iterator[VideoFrame]:
         """The frames from the key frame before `stamp` on, or from an earlier one.
@@ -225,8 +216,8 @@ class _Film:
             except FFmpegError:
                 continue
             frames = container.decode(video=0)
-            landed = next((frame for frame in frames if self._stamp_of(frame) is not None), None)
-            if landed is not None and (self._stamp_of(landed) or 0) <= stamp:
+            landed = next((frame for frame in frames if getattr(frame, self._stamp) is not None), None)
+            if landed is not None and getattr(landed, self._stamp) <= stamp:
                 yield landed
                 yield from frames
                 return

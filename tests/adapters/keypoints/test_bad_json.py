@@ -8,7 +8,7 @@ import pytest
 from golden.catalogue import recognised
 from golden.detections import between_shoulders
 from pcnet3d.adapters import json2d
-from pcnet3d.adapters.kit.json import _cut, beginning
+from pcnet3d.adapters.kit.json import beginning
 from pcnet3d.pipeline import InputError
 
 FORMS = (
@@ -71,7 +71,7 @@ def test_truncated_file_is_recognised_and_refused(write, moving, form):
         json2d.read(path)
 
 
-def test_any_beginning_of_json_is_read():
+def test_any_beginning_of_json_is_read(tmp_path):
     """Wherever a file is cut, what is kept is JSON, and agrees with the whole as far as it goes."""
     whole = {
         "a": 'b, [c "d" {\\',
@@ -80,13 +80,14 @@ def test_any_beginning_of_json_is_read():
     }
     for text in (json.dumps(whole), json.dumps(whole, indent="\t")):
         for length in range(text.index(",") + 20, len(text) + 1):
-            kept = _cut(text[:length])
+            (tmp_path / "cut.json").write_text(text[:length])
+            kept = beginning(tmp_path / "cut.json")
             assert kept["a"] == whole["a"]
             assert list(kept) == list(whole)[: len(kept)]
             values = [entry.get("f", [])[:2] for entry in kept.get("e", [])]
             for value, entry in zip(values, whole["e"], strict=False):
                 assert value == entry["f"][: len(value)]
-        assert _cut(text) == whole
+        assert kept == whole
 
 
 @pytest.mark.parametrize("name", ["caf\udce9", "\U0001f600", "C:\\data\\a", '"\\"'])
