@@ -7,6 +7,7 @@ that no exact zero says whose it is, or MM-Fi's ground_truth.npy.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -85,8 +86,7 @@ def read(
     joint_layout, axes = layout_named(layout or ""), _FRAMES.get((frame or "").upper())
     if axes is None:
         raise InputError("bad-value", f"Expected a frame of {', '.join(_FRAMES)}; got '{frame}'.")
-    axes = axes.with_(unit=unit or "")
-    axes = axes.with_(origin="camera") if axes.family == "camera" else axes
+    axes = replace(axes, unit=unit or "", origin="camera" if axes.family == "camera" else axes.origin)
     held = keys(path)
     could_be = [name for name in held if name not in _BESIDE]
     if key is None and held and len(could_be) != 1:

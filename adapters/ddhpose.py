@@ -87,17 +87,15 @@ def _joined(path: Path, clips: np.ndarray, frames: int | None) -> np.ndarray:
     if frames is None:
         raise InputError(
             "needs-input",
-            f"{path} holds {how_many(count, 'clip')} of {CLIP} frames, the last of which overlaps "
-            "the one before it or was filled "
-            "up; pass frames=N (--option frames=N) with the number of frames of the video.",
+            f"{path} holds {how_many(count, 'clip')} of {CLIP} frames, the last of which overlaps the one before it or "
+            "was filled up; pass frames=N (--option frames=N) with the number of frames of the video.",
         )
     last = frames - (count - 1) * CLIP
     if not 0 < last <= CLIP:
         raise InputError(
             "bad-value",
-            f"{path} holds {how_many(count, 'clip')} of {CLIP} frames, which make "
-            f"{(count - 1) * CLIP + 1} to {count * CLIP} "
-            f"frames, got the option frames={frames}; give the number of frames of the video.",
+            f"{path} holds {how_many(count, 'clip')} of {CLIP} frames, which make {(count - 1) * CLIP + 1} to "
+            f"{count * CLIP} frames, got the option frames={frames}; give the number of frames of the video.",
         )
     tail = clips[:, -1, :last] if count == 1 else clips[:, -1, CLIP - last :]
     return np.concatenate([*np.moveaxis(clips[:, :-1], 1, 0), tail], axis=1)

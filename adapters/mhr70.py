@@ -74,7 +74,9 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     the history. InputError when the file is not of this form, or has the translations of some people only.
     """
     sightings, placed, focal_px = People(str(path)), [], []
-    for frame, held, where in _frames(path):
+    known, frames = _frames(path)
+    for number, held in frames:
+        where = f"{path}, frame {number}"
         for person in _of_one_frame(held, where):
             key = _key(person) or ""
             keypoints = _array(person, key, _SHAPE, where)
@@ -84,7 +86,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             placed.append(bool(np.isfinite(translation).all()))
             focal_px.append(_array(person, "focal_length", (-1,), where)[0])
             box = _array(person, "bbox", (4,), where)
-            sightings.add(frame, keypoints + np.nan_to_num(translation), box=box)
+            sightings.add(number, keypoints + np.nan_to_num(translation), box=box)
     if any(placed) != all(placed):
         raise InputError(
             "wrong-content",
@@ -93,9 +95,6 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
     people = sightings.poses(MHR70, frame, placed=any(placed))
-    arrays = arrays_in(path)  # of which rows are known to be frames by an array alone; lists have one a frame
-    known = not arrays or not arrays.isdisjoint(_NUMBERS) or _object_key(path) is not None
-    known = known and header_of(path) is None
     people = tuple(poses.with_(frames_known=known) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
@@ -144,32 +143,42 @@ def _is_archive(path: Path) -> bool:
     return begins(path, key)[0][-2:] == _SHAPE
 
 
-def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
-    """Number, lists and dicts as the files hold them, and place in the file, of each frame."""
+def _frames(path: Path) -> tuple[bool, Iterable[tuple[int, Any]]]:
+    """Whether the video frames are known, and number and people, in lists and dicts as the file holds them, of each."""
     if path.is_dir():
-        yield from _of_folder(path)
-        return
+        return True, _of_folder(path)
     if header_of(path) is not None:
-        held = read_points(path, "SAM3DBody-cpp's table")
-        if not set(_NAMES) <= set(held.names):
+        table = read_points(path, "SAM3DBody-cpp's table")
+        if not set(_NAMES) <= set(table.names):
             raise InputError(
-                "wrong-content", f"{path}: expected the 70 keypoints of MHR, got {', '.join(held.names[:8])}."
+                "wrong-content",
+                f"{path}: expected the 70 keypoints of MHR, got {', '.join(table.names[:8])}.",
             )
-        points = held.values[:, [held.names.index(name) for name in _NAMES], :3]
+        points = table.values[:, [table.names.index(name) for name in _NAMES], :3]
         points[(points == 0).all(axis=-1)] = np.nan
-        listed = list(enumerate({"pred_keypoints_3d": row} for row in points))
-    elif arrays_in(path):
-        held = _of_archive(path)
-        listed = list(enumerate(held)) if isinstance(held, list) else _rows(path, held)
-    else:
-        listed = (
-            (frame_number(image, str(path)) if image else number, held)
-            for number, (image, held) in enumerate(each(path, "SAM 3D Body's people of each frame"))
+        return False, enumerate({"pred_keypoints_3d": row} for row in points)
+    if not arrays_in(path):
+        listed = enumerate(each(path, "SAM 3D Body's people of each frame"))
+        return True, ((frame_number(image, str(path)) if image else i, held) for i, (image, held) in listed)
+    held = _of_archive(path)
+    if isinstance(held, list):
+        return True, enumerate(held)
+    keypoints = held[_key(held) or ""]
+    several = keypoints.ndim in (3, 4)
+    rows = _split(held, len(keypoints)) if several else [held]
+    given = next((held[key] for key in _NUMBERS if several and key in held), None)
+    frames = np.arange(len(rows)) if given is None else given
+    whole = frames.shape == (len(rows),) and not ((frames % 1 != 0) | (frames < 0)).any()
+    if not (several or keypoints.shape == _SHAPE) or not whole:
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), and the whole number of "
+            f"its video frame for each row, from 0, got {keypoints.shape}.",
         )
-    yield from ((frame, held, f"{path}, frame {frame}") for frame, held in listed)
+    return given is not None, zip(frames.astype(np.int64).tolist(), rows, strict=True)
 
 
-def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
+def _of_folder(path: Path) -> Iterator[tuple[int, Any]]:
     images: dict[int, str] = {}  # by frame
     for file in _files(path):
         image = _PERSON.sub("", file.stem)
@@ -182,7 +191,7 @@ def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
                 "of a frame into one file, or name the files IMAGE_subj00.npz, IMAGE_subj01.npz, and put each video "
                 "into a folder of its own.",
             )
-        yield frame, _of_archive(file), str(file)
+        yield frame, _of_archive(file)
     if not images:
         raise InputError(
             "format-unknown", f"{path}: expected .npz of SAM 3D Body, one a frame, found none there."
@@ -203,22 +212,6 @@ def _of_archive(path: Path) -> Any:
         )
     wanted = (key, _KEYPOINTS[key], "focal_length", "bbox", *_NUMBERS)
     return {name: load(path, key=name) for name in wanted if name in held}
-
-
-def _rows(path: Path, held: dict[str, np.ndarray]) -> list[tuple[int, dict[str, np.ndarray]]]:
-    """Video frame and values by name of each row of stacked arrays."""
-    keypoints = held[_key(held) or ""]
-    if keypoints.shape == _SHAPE:
-        return [(0, held)]
-    numbered = next((held[key] for key in _NUMBERS if key in held), np.arange(len(keypoints)))
-    whole = numbered.shape == keypoints.shape[:1] and not (numbered % 1).any() and not (numbered < 0).any()
-    if keypoints.ndim not in (3, 4) or not whole:
-        raise InputError(
-            "wrong-content",
-            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), and the whole number of "
-            f"its video frame for each row, from 0, got {keypoints.shape}.",
-        )
-    return list(zip(numbered.astype(np.int64).tolist(), _split(held, len(keypoints)), strict=True))
 
 
 def _of_one_frame(held: Any, where: str) -> Iterator[Mapping[str, Any]]:

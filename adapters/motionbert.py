@@ -13,7 +13,6 @@ from pathlib import Path
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
-from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.lifters import CLIP, FRAMES, fits, in_camera, in_pixels
 from .kit.numpy import plain_array
@@ -43,13 +42,9 @@ def read(path: Path, pixel: bool = False, clip: int = CLIP) -> tuple[PoseSequenc
     if in_pixels(joints) and not pixel:
         raise InputError(
             "wrong-axes",
-            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
-            + (
-                "if they are millimetres, read it with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm."
-                if not joints[:, H36M17.index("pelvis")].any()
-                else "pass pixel=true (--option pixel=true) if the file comes from infer_wild.py --pixel, or read it "
-                "with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres."
-            ),
+            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; pass pixel=true (--option "
+            "pixel=true) if the file comes from infer_wild.py --pixel, or read it with --adapter arrays -O "
+            "layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres.",
         )
     if pixel and not in_pixels(joints):
         raise InputError(

@@ -10,7 +10,6 @@ rate of Pose2Sim's cameras, which it rounds, or takes for 30 where it cannot rea
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +25,6 @@ gives = "poses"
 reads = "TRC of OpenSim and Pose2Sim: joint centres in a world, y up"
 
 _BEGINS = b"PathFileType"
-_SPORTS2D = re.compile(r"_(m|px)_person\d+\.trc\b")
 _DEPTHS = 4  # of one marker in Sports2D's tables: for right, left, front and back
 _ENOUGH = 20  # frames that say whether a depth is measured
 
@@ -51,9 +49,7 @@ def read(
         raise InputError(
             "nothing-usable", f"{path}: expected rows of marker positions after the header, got none."
         )
-    with path.open(encoding="utf-8", errors="replace") as file:
-        first_line = file.readline(4096)
-    if _SPORTS2D.search(path.name) or _SPORTS2D.search(first_line) or _invented_depth(markers):
+    if _invented_depth(markers):
         raise InputError(
             "wrong-content",
             f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "

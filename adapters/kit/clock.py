@@ -19,7 +19,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from .json import frame_number
+from .json import field, frame_number
 
 # By the plain name (`plain`); of several of a kind the first in this table counts.
 _NAMES = {
@@ -113,6 +113,7 @@ class Moments:
         self._numbers: dict[tuple[Any, ...], int] = {}  # of the moments that say when they were
         self._silent: dict[str | None, int] = {}  # the last moment of each person that does not
         self._recordings: dict[str, None] = {}
+        self._images: dict[str, str] = {}  # names by numbers, of COCO's annotations
         self._rate: float | None = None
 
     def of(self, row: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
@@ -122,6 +123,8 @@ class Moments:
         row: its values under any names; what is no clock's does not matter. where: which row it is, for errors.
         InputError for a frame that is no whole number.
         """
+        if self._images:
+            row = {"file_name": field(self._images, str(field(row, "image_id", where)), where)}
         fields: dict[str, Any] = {}
         kinds: dict[str, list[Any]] = {}  # the values of each kind
         for name, value in row.items():
@@ -129,7 +132,12 @@ class Moments:
             if kind == "rate":
                 self.state(name, value)
             elif kind not in ("", "person") and isinstance(value, str | int | float | None):
-                fields[name] = _whole(value, name, where) if kind == "frame" else value
+                number = _number(value) if kind == "frame" else None
+                if kind == "frame" and (number is None or not 0 <= number < 1 << 53 or number % 1):
+                    raise InputError(
+                        "wrong-content", f"{where}: expected a frame's number as '{name}', got {value!r:.60}."
+                    )
+                fields[name] = value if number is None else int(number)
                 kinds.setdefault(kind, []).append(fields[name])
         recordings = {str(value) for kind in ("recording", "image") for value in kinds.get(kind, ())}
         if self._wanted is not None and recordings and self._wanted not in recordings:
@@ -152,8 +160,11 @@ class Moments:
         return any(kind_of(name) in ("frame", "image", "time") for name in fields)
 
     def state(self, key: str, value: Any) -> None:
-        """What a file says of itself beside its rows: its frame rate, maybe among other things in an object."""
-        if isinstance(value, Mapping):
+        """What a file says of itself beside its rows: its frame rate, maybe among other things in an object, or an
+        image that rows name by its number."""
+        if isinstance(value, Mapping) and value.keys() >= {"id", "file_name"}:
+            self._images[str(value["id"])] = str(value["file_name"])
+        elif isinstance(value, Mapping):
             for name, inner in value.items():
                 if not isinstance(inner, Mapping):
                     self.state(name, inner)
@@ -168,6 +179,12 @@ class Moments:
                 "name-unknown",
                 f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
             )
+        if len({*self._images.values()}) < len(self._images):
+            raise InputError(
+                "files-apart",
+                f"{self._where}: expected the images of one video, each with a name of its own, got one for several; "
+                "keep each video's keypoints in a file of their own.",
+            )
         names = dict.fromkeys(name for row in self._rows for name in row)
         self._values = {name: [row.get(name) for row in self._rows] for name in names}
         self._check_one_recording()
@@ -181,10 +198,18 @@ class Moments:
             and not (time_name and kind_of(name) == "time")
         ]
         index = np.arange(len(self._rows)) if frames is None else frames
-        if frames is not None:
-            self._check_increase(index, time_s, time_name)
-        elif time_s is not None:
+        if frames is None and time_s is not None:
             index = self._counted(time_s)
+        elif time_s is not None:
+            order = np.argsort(index, kind="stable")
+            wrong = np.flatnonzero(np.diff(time_s[order]) <= 0)
+            if len(wrong):
+                row = int(order[wrong[0] + 1])
+                raise InputError(
+                    "times-broken",
+                    f"{self._where}: expected '{time_name}' to increase from frame to frame, got {time_s[row]:.6g} s "
+                    f"at frame {index[row]}; correct it, or leave it out and give the frame rate (--fps).",
+                )
         if time_s is None and self._rate is not None:
             time_s = index / self._rate
         return Clock(index, time_s, frames is not None, tuple(notices))
@@ -250,16 +275,6 @@ class Moments:
                 return name, seconds - seconds[0] if np.abs(seconds).max() > _CALENDAR_S else seconds
         return None, None
 
-    def _check_increase(self, index: np.ndarray, time_s: np.ndarray | None, name: str | None) -> None:
-        order = np.argsort(index, kind="stable")
-        if time_s is not None and (np.diff(time_s[order]) <= 0).any():
-            row = int(order[np.argmax(np.diff(time_s[order]) <= 0) + 1])
-            raise InputError(
-                "times-broken",
-                f"{self._where}: expected '{name}' to increase from frame to frame, got {time_s[row]:.6g} s at "
-                f"frame {index[row]}; correct it, or leave it out and give the frame rate (--fps).",
-            )
-
     @staticmethod
     def _counted(time_s: np.ndarray) -> np.ndarray:
         """Frame numbers from 0 by the times: a step of about n usual ones is n frames."""
@@ -281,15 +296,6 @@ class Moments:
         if values is None or len(values) < 3 or not (np.diff(values) > 0).all():
             return kind_of(name) == "time" and len(set(self._values[name])) > 1
         return not _counts_rows(values) and not (frames is not None and len(set(values - frames)) == 1)
-
-
-def _whole(value: Any, name: str, where: str) -> int:
-    number = _number(value)
-    if number is None or not 0 <= number < 1 << 53 or number % 1:
-        raise InputError(
-            "wrong-content", f"{where}: expected a frame's number as '{name}', got {value!r:.60}."
-        )
-    return int(number)
 
 
 def _number(value: Any) -> float | None:

@@ -87,6 +87,8 @@ def people_of(entry: Any) -> list[Any] | None:
             return None
     listed = entry
     if isinstance(entry, dict):
+        if "bbox" in entry and "image_id" in entry and "keypoints" not in entry:  # COCO's of other things
+            return []
         if any(key in entry for key in (*_KEYPOINTS, *KEYPOINTS_3D)):
             return [entry]
         listed = next((entry[key] or [] for key in _PEOPLE if key in entry), None)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.files.arrays import Shape, arrays_in, damage_reported, fits, header, in_words, load, opened
+from ...pipeline.files.arrays import Shape, arrays_in, fits, in_words, load, opened
 from .pickles import loads
 
 _PEEK_BYTES = 1 << 22
@@ -38,14 +38,13 @@ def load_objects(path: Path, key: str) -> Any:
     array of shape (). InputError for an array of anything else, and for objects that would have to be called.
     """
     where = f"{path}, array '{key}'"
-    with damage_reported(path), opened(path, key) as (stream, _):
-        shape, _, dtype = header(stream, where)
-        if not dtype.hasobject:
+    with opened(path, key) as stored:
+        if not stored.dtype.hasobject:
             raise InputError(
                 "wrong-content",
-                f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.",
+                f"{where}: expected Python objects, got an array of shape {stored.shape} of {stored.dtype}.",
             )
-        content = stream.read()
+        content = stored.stream.read()
     return loads(content, where)
 
 
@@ -53,9 +52,8 @@ def begins(path: Path, key: str | None) -> tuple[tuple[int, ...], bytes]:
     """Of an .npz's array `key`, or an .npy's without one, the shape that its header says, and of Python objects the
     first 64 KB of their pickle; () and none where it cannot be read. Never raises."""
     try:
-        with damage_reported(path), opened(path, key) as (stream, _):
-            shape, _, dtype = header(stream, str(path))
-            return shape, stream.read(_BEGINNING) if dtype.hasobject else b""
+        with opened(path, key) as stored:
+            return stored.shape, stored.stream.read(_BEGINNING) if stored.dtype.hasobject else b""
     except InputError:
         return (), b""
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TextIO
 
 from ...pipeline.core.errors import InputError, naming, readable
-from ...pipeline.files.unpacked import GZIP, unpacked
+from ...pipeline.files.unpacked import GZIP_OR_ZLIB, unpacked
 
 _GZIP = b"\x1f\x8b"
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -27,7 +27,7 @@ def first_bytes(path: Path, count: int) -> bytes:
             return b""
         with path.open("rb") as file:
             start = file.read(count)
-        return zlib.decompressobj(GZIP).decompress(start, count) if start.startswith(_GZIP) else start
+        return zlib.decompressobj(GZIP_OR_ZLIB).decompress(start, count) if start.startswith(_GZIP) else start
     except (OSError, zlib.error):
         return b""
 
@@ -46,20 +46,19 @@ def opened_text(path: Path, what: str) -> Iterator[TextIO]:
     with readable(path, what), path.open("rb") as file:
         start = file.read(len(_GZIP))
         file.seek(0)
+        stream: io.BufferedIOBase = file
         if start == _GZIP:
             try:
                 with naming(path):
-                    content = unpacked(file.read(), "a text", GZIP)
+                    content = unpacked(file.read(), "a text")
             except (zlib.error, EOFError):
                 raise InputError(
                     "file-damaged",
                     f"Expected {what} in {path}, but its gzip data are damaged or cut short; copy it again.",
                 ) from None
-            with io.TextIOWrapper(io.BytesIO(content), _encoding(content), newline="") as text:
-                yield text
-        else:
-            with io.TextIOWrapper(file, _encoding(start), newline="") as text:
-                yield text
+            stream, start = io.BytesIO(content), content[: len(_GZIP)]
+        with io.TextIOWrapper(stream, _encoding(start), newline="") as text:
+            yield text
 
 
 def _encoding(start: bytes) -> str:

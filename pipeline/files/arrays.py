@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from .unpacked import check_size
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 # What the parsers of zip archives and npy headers raise on damaged bytes.
 DAMAGE = (
     ValueError, EOFError, LookupError, RuntimeError, MemoryError, SyntaxError, TypeError, OverflowError,
@@ -98,26 +97,12 @@ def write_arrays(path: Path, **arrays: Any) -> None:
                 np.lib.format.write_array(part, np.asanyarray(values), allow_pickle=False)
 
 
-def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether the first index runs fastest, and type of the array that follows. InputError for an
-    unknown version."""
-    version = np.lib.format.read_magic(stream)
-    if version not in _HEADERS:
-        raise InputError(
-            "format-unknown",
-            f"{where}: expected an array of plain numbers, got npy version {version}; save it again.",
-        )
-    shape, fortran_order, dtype = _HEADERS[version](stream)
-    return shape, fortran_order, dtype
-
-
 def _read(
     path: Path, key: str | None, kinds: str, shapes: Sequence[Shape] = (), limit: int | None = None
 ) -> np.ndarray:
     """As `load`, of dtypes of these kinds."""
     where = f"{path}" if key is None else f"{path}, array '{key}'"
-    with damage_reported(path), opened(path, key) as (stream, size):
-        shape, fortran_order, dtype = header(stream, where)
+    with opened(path, key) as (shape, fortran_order, dtype, stream, held):
         if dtype.hasobject:
             raise InputError(
                 "unsafe",
@@ -135,7 +120,7 @@ def _read(
                 f"{where}: expected an array of shape {' or '.join(map(in_words, shapes))}, got {shape}; "
                 "check that this is the right file and adapter.",
             )
-        promised, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
+        promised = math.prod(shape) * dtype.itemsize
         if promised != held or min(shape, default=0) < 0:
             raise InputError(
                 "file-damaged",
@@ -206,28 +191,51 @@ def _check_archive(path: Path, names: Iterable[str]) -> None:
     check_size(size, path.stat().st_size, "an archive")
 
 
+class Stored(NamedTuple):
+    """An array in npy format as its header says it is, whether its first index runs fastest, and the bytes behind the
+    header, with how many there are."""
+
+    shape: tuple[int, ...]
+    fortran_order: bool
+    dtype: np.dtype
+    stream: IO[bytes]
+    size: int
+
+
 @contextmanager
-def opened(path: Path, key: str | None) -> Iterator[tuple[IO[bytes], int]]:
-    """The bytes of one array in npy format, and how many there are. InputError when it is not there, or not single."""
-    if _is_archive(path):
-        held = keys(path)
-        listed = ", ".join(held) or "no numpy arrays"
-        if key is None:
+def opened(path: Path, key: str | None) -> Iterator[Stored]:
+    """One array of a file. InputError when it is not there, not single, or damaged, also while the block runs."""
+    with damage_reported(path):
+        if _is_archive(path):
+            held = keys(path)
+            listed = ", ".join(held) or "no numpy arrays"
+            if key is None:
+                raise InputError(
+                    "wrong-content",
+                    f"Expected a single array (.npy) in {path}, got an archive with {listed}.",
+                )
+            if key not in held:
+                raise InputError("wrong-content", f"Expected an array '{key}' in {path}; it holds {listed}.")
+            _check_archive(path, (key,))
+            with zipfile.ZipFile(path) as archive, archive.open(f"{key}.npy") as stream:
+                yield _stored(stream, archive.getinfo(f"{key}.npy").file_size)
+        elif key is not None:
             raise InputError(
-                "wrong-content", f"Expected a single array (.npy) in {path}, got an archive with {listed}."
+                "option-conflict",
+                f"{path} is an .npy file with one nameless array; leave out the key '{key}'.",
             )
-        if key not in held:
-            raise InputError("wrong-content", f"Expected an array '{key}' in {path}; it holds {listed}.")
-        _check_archive(path, (key,))
-        with zipfile.ZipFile(path) as archive, archive.open(f"{key}.npy") as stream:
-            yield stream, archive.getinfo(f"{key}.npy").file_size
-    elif key is not None:
-        raise InputError(
-            "option-conflict", f"{path} is an .npy file with one nameless array; leave out the key '{key}'."
-        )
-    else:
-        with path.open("rb") as stream:
-            yield stream, path.stat().st_size
+        else:
+            with path.open("rb") as stream:
+                yield _stored(stream, path.stat().st_size)
+
+
+def _stored(stream: IO[bytes], size: int) -> Stored:
+    form = np.lib.format
+    first = form.read_magic(stream) == (1, 0)
+    shape, fortran_order, dtype = (form.read_array_header_1_0 if first else form.read_array_header_2_0)(
+        stream
+    )
+    return Stored(shape, fortran_order, dtype, stream, size - stream.tell())
 
 
 @contextmanager

@@ -78,11 +78,13 @@ def read_camera(
 
 def _cameras(path: Path) -> dict[str, dict[str, Any]]:
     """Every camera of a file by name, as entries of _ENTRIES; never none."""
+    with readable(path, _FORMATS):
+        if path.stat().st_size > _LARGEST:
+            raise InputError("unsafe", f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
+        text = path.read_text(encoding="utf-8-sig")
     try:
-        named = list(_in_tree(_parsed(path), path.stem))
+        named = list(_in_tree(_parsed(text), path.stem))
     except ValueError as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(
             "format-unknown", f"Expected {_FORMATS}; {path} is not one, or is damaged ({error})."
         ) from None
@@ -97,24 +99,15 @@ def _cameras(path: Path) -> dict[str, dict[str, Any]]:
     return cameras
 
 
-def _parsed(path: Path) -> Any:
-    """What a file of JSON, TOML or YAML holds. ValueError for a damaged one."""
-    with readable(path, _FORMATS):
-        if path.stat().st_size > _LARGEST:
-            raise InputError("unsafe", f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
-        text = path.read_text(encoding="utf-8-sig")
+def _parsed(text: str) -> Any:
+    """What JSON, TOML or YAML holds, of YAML the first document as text, lists and mappings, whatever its tags say.
+    ValueError for damaged ones. OpenCV's own parser ends the process on deeply nested text and does not read what
+    PyYAML writes; it begins its files with a directive that YAML writes otherwise."""
+    import yaml
+
     for parse in (json.loads, tomllib.loads):
         with suppress(ValueError):
             return parse(text)
-    return _of_yaml(text)
-
-
-def _of_yaml(text: str) -> Any:
-    """The first document as text, lists and mappings, whatever its tags say. OpenCV's own parser ends the process on
-    deeply nested text and does not read what PyYAML writes; it begins its files with a directive that YAML writes
-    otherwise."""
-    import yaml
-
     text = text.replace("%YAML:", "%YAML ", 1)
     loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)  # in C, ten times as fast, where PyYAML has it
     try:

@@ -150,12 +150,30 @@ def read_run(folder: str | Path) -> Take:
 def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
     notices = tuple(each.said() for each in summary.notices)
     judged = summary.verdict is not None
-    poses = _poses(summary, arrays)
+    keypoints = summary.keypoints
+    poses = PoseSequence(
+        arrays["source"],
+        body_of(map(str, arrays["joint_names"])),
+        summary.poses.frame,
+        time_s=arrays["time_s"],
+        frame_index=arrays["frame_index"],
+        history=tuple(step for step in summary.history if step.name != "rectify")[: summary.poses.steps],
+        **summary.poses.fields(),
+    )
     rectified = _rectified(summary, arrays, poses)
     filtered = arrays.get("filtered")
     return Take(
         summary.take,
-        keypoints=None if summary.keypoints is None else _keypoints(summary.keypoints, arrays),
+        keypoints=keypoints
+        and PoseSequence(
+            arrays["keypoints"],
+            Layout(keypoints.layout, tuple(map(str, arrays["keypoints_names"]))),
+            IMAGE,
+            confidence=arrays["keypoints_confidence"],
+            time_s=arrays.get("keypoints_time_s"),
+            frame_index=arrays["keypoints_frame_index"],
+            **keypoints.fields(),
+        ),
         camera=None if summary.camera is None else Camera(**vars(summary.camera)),
         poses=poses,
         findings=grave(notices) if judged else None,
@@ -170,19 +188,6 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
         inputs=summary.inputs,
         session=summary.session,
         told=summary.told,
-    )
-
-
-def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
-    fields = summary.poses
-    return PoseSequence(
-        arrays["source"],
-        body_of(map(str, arrays["joint_names"])),
-        fields.frame,
-        time_s=arrays["time_s"],
-        frame_index=arrays["frame_index"],
-        history=tuple(step for step in summary.history if step.name != "rectify")[: fields.steps],
-        **fields.fields(),
     )
 
 
@@ -207,18 +212,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         up_own=own,
         **fields.model_dump(exclude={"up_by_source", "steps"}),
         **{name: arrays[name] for name in OF_RECTIFIED},
-    )
-
-
-def _keypoints(fields: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
-    return PoseSequence(
-        arrays["keypoints"],
-        Layout(fields.layout, tuple(map(str, arrays["keypoints_names"]))),
-        IMAGE,
-        confidence=arrays["keypoints_confidence"],
-        time_s=arrays.get("keypoints_time_s"),
-        frame_index=arrays["keypoints_frame_index"],
-        **fields.fields(),
     )
 
 

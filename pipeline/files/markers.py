@@ -101,11 +101,7 @@ def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in (line.split("\t") if "\t" in line else line.split())]
 
 
-_PARAMETERS = {
-    "poses",
-    "trans",
-    "betas",
-}  # of AMASS's own files, from which joints come with the body model alone
+_PARAMETERS = {"poses", "trans", "betas"}  # of AMASS's own files
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
 
 
@@ -117,10 +113,8 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
     if "joints" not in held:
         raise InputError(
             "wrong-content",
-            f"{path}: expected an array `joints`, got parameters of a body model alone (AMASS); run the body model and "
-            "save its joints with a frame rate."
-            if _PARAMETERS & held
-            else f"{path}: expected an array `joints`, got {', '.join(sorted(held)) or 'none'}.",
+            f"{path}: expected an array `joints`, got {', '.join(sorted(held)) or 'none'}; with parameters of a body "
+            "model alone (AMASS), run the model and save its joints with a frame rate.",
         )
     joints = load(path, ("frames", "joints", 3), key="joints").astype(np.float64)
     rate = fps or next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)

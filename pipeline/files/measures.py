@@ -32,7 +32,8 @@ def read_measures(figures: Mapping[str, Any]) -> Measures:
 
 
 def _rows(figures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[Row]:
-    side = _side_in(group)
+    # Of a group: it is one side's, or an angle's, a joint's or a limb's.
+    side = next((side for name in group if (side := _SIDES.get(name) or side_of(name))), "")
     for key, content in figures.items():
         if key == Curve.name:
             yield from (_curve(angle, group, **fields) for angle, fields in content.items())
@@ -61,14 +62,6 @@ def _figures(
         if each is not None:
             error = None if errors is None else _error(errors[number])
             yield Measure(about.name, _number(each), error, side, number, group=group)
-
-
-def _side_in(group: Sequence[str]) -> Side:
-    """Of a group: it is one side's, or an angle's, a joint's or a limb's."""
-    for name in group:
-        if side := _SIDES.get(name) or side_of(name):
-            return side
-    return ""
 
 
 def _curve(

@@ -6,7 +6,7 @@ import zlib
 
 from ..core.errors import InputError
 
-ZLIB, GZIP = zlib.MAX_WBITS, 16 + zlib.MAX_WBITS  # kinds of streams, as zlib numbers them
+GZIP_OR_ZLIB = 32 + zlib.MAX_WBITS  # streams that zlib tells apart by their headers
 _ROOM = 1 << 20  # bytes that any file may unpack to
 _TIMES = 50  # and this often its size: a film of nobody but now and then shrinks to a twentieth, bombs to a thousandth
 
@@ -21,10 +21,10 @@ def check_size(size: int, packed: int, what: str) -> None:
         )
 
 
-def unpacked(packed: bytes, what: str, kind: int = ZLIB) -> bytes:
+def unpacked(packed: bytes, what: str) -> bytes:
     """Of one zlib or gzip stream. InputError when it is longer than check_size allows, before it is unpacked to more;
     zlib.error for damaged ones, EOFError for those that were cut short."""
-    unpacking = zlib.decompressobj(kind)
+    unpacking = zlib.decompressobj(GZIP_OR_ZLIB)
     most = max(_ROOM, _TIMES * len(packed))
     content = unpacking.decompress(packed, most)
     if not unpacking.eof:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.messages import say
-from ..files.arrays import damage_reported, header, keys, load, opened
+from ..files.arrays import keys, load, opened
 from ..files.atomic import read_summary
 from ..files.names import KEYPOINTS, RECORDING
 from ..plugins import registry
@@ -198,9 +198,8 @@ def _arrays(path: Path) -> str:
     names = keys(path)
     listed = []
     for name in names[:_LISTED] or [None]:
-        with damage_reported(path), opened(path, name) as (stream, _):
-            shape, _, dtype = header(stream, str(path))
-        kind = "Python objects, which would have to be unpickled" if dtype.hasobject else str(dtype)
+        with opened(path, name) as (shape, _, dtype, *_):
+            kind = "Python objects, which would have to be unpickled" if dtype.hasobject else str(dtype)
         listed.append(f"'{name}' ({shape}, {kind})" if name else f"an array of shape {shape}, {kind}")
     if not names:
         return listed[0]

@@ -7,6 +7,7 @@ import pytest
 
 from pcnet3d.adapters import json2d, read, read_all
 from pcnet3d.pipeline import InputError
+from refusals import refused
 
 
 def test_visibility_flags_are_no_confidence(write, moving):
@@ -44,7 +45,7 @@ def test_annotations_without_keypoints_are_other_things(annotations):
 
 def test_annotation_of_an_unlisted_image(annotations):
     path = annotations(lambda content: content["annotations"][5].update(image_id=[7]))
-    with pytest.raises(InputError, match=r"annotation 5: expected an image that the file lists, got \[7\]"):
+    with refused("wrong-content"):
         read(path)
 
 
@@ -82,26 +83,26 @@ def test_detections_that_a_tracker_did_not_name_are_left_out_and_counted(write, 
 
 
 @pytest.mark.parametrize(
-    ("names", "frames", "words"),
+    ("names", "frames"),
     [
-        (["a/0001.jpg", "a/0002.jpg"], [1, 2], None),
-        (["a/0001.jpg", "b/0002.jpg"], None, "in one folder.*b/0002.jpg beside a/0001.jpg"),
-        (["0001.jpg", "b/0002.jpg"], None, "in one folder.*b/0002.jpg beside 0001.jpg"),
-        (["walk_0001.jpg", "run_0001.jpg"], None, "run_0001.jpg beside walk_0001.jpg"),
-        (["0001.jpg", "0001.jpg"], None, "0001.jpg beside 0001.jpg"),
-        (["walk_mp4-0001_jpg.rf.0f31b2c4.jpg", "walk_mp4-0002_jpg.rf.b7e0a991.jpg"], [1, 2], None),
+        (["a/0001.jpg", "a/0002.jpg"], [1, 2]),
+        (["a/0001.jpg", "b/0002.jpg"], None),
+        (["0001.jpg", "b/0002.jpg"], None),
+        (["walk_0001.jpg", "run_0001.jpg"], None),
+        (["0001.jpg", "0001.jpg"], None),
+        (["walk_mp4-0001_jpg.rf.0f31b2c4.jpg", "walk_mp4-0002_jpg.rf.b7e0a991.jpg"], [1, 2]),
     ],
 )
-def test_images_are_those_of_one_video(annotations, names, frames, words):
+def test_images_are_those_of_one_video(annotations, names, frames):
     def renamed(content):
         for image, name in zip(content["images"], names, strict=True):
             image["file_name"] = name
 
     path = annotations(renamed, [1, 2])
-    if words is None:
+    if frames is not None:
         assert read(path).frame_index.tolist() == frames
     else:
-        with pytest.raises(InputError, match=rf"expected the images of one video.*{words}"):
+        with refused("files-apart"):
             read(path)
 
 
