@@ -113,8 +113,8 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
     if "joints" not in held:
         raise InputError(
             "wrong-content",
-            f"{path}: expected an array `joints`, got {', '.join(sorted(held)) or 'none'}; with parameters of a body "
-            "model alone (AMASS), run the model and save its joints with a frame rate.",
+            f"{path}: expected an array `joints`, got {', '.join(sorted(held)) or 'none'}; with a body model's "
+            "parameters alone (AMASS), run the body model and save its joints with a frame rate.",
         )
     joints = load(path, ("frames", "joints", 3), key="joints").astype(np.float64)
     rate = fps or next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)
