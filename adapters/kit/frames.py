@@ -218,7 +218,7 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
                 f"{where}: expected 2D keypoints, got three coordinates each: a 3D output; give it with --poses.",
             )
         fit = values.shape == (*joint_scores.shape, 2)
-        values = np.column_stack([values, joint_scores]) if fit else np.empty(0)
+        values = np.column_stack([values, joint_scores]) if fit else np.empty((0, 0))
     if values.ndim != 2 or values.shape[1] not in (2, 3) or not len(values):
         raise InputError(
             "wrong-content",

@@ -8,30 +8,18 @@ from functools import lru_cache
 
 from .clock import plain
 
+# Without _ between their words.
 _PAIRED = {
     **{part: part for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist", "heel", "eye", "ear")},
-    **dict.fromkeys(("big_toe", "bigtoe", "hallux", "big_toe_tip"), "big_toe"),
-    **dict.fromkeys(("small_toe", "smalltoe", "little_toe", "small_toe_tip"), "small_toe"),
-    **dict.fromkeys(("foot_index", "footindex"), "foot_index"),
+    **dict.fromkeys(("bigtoe", "hallux", "bigtoetip"), "big_toe"),
+    **dict.fromkeys(("smalltoe", "littletoe", "smalltoetip"), "small_toe"),
+    "footindex": "foot_index",
 }
+_PELVIS = ("pelvis", "hip", "hips", "chip", "midhip", "midhips", "hipcenter", "centerhip", "root")
 _MIDDLE = {
     **{part: part for part in ("nose", "neck", "head", "spine", "thorax")},
-    **dict.fromkeys(
-        (
-            "pelvis",
-            "hip",
-            "hips",
-            "chip",
-            "midhip",
-            "mid_hip",
-            "hip_center",
-            "center_hip",
-            "root",
-            "mid_hips",
-        ),
-        "pelvis",
-    ),
-    **dict.fromkeys(("head_top", "top_head", "headtop", "top_of_head", "vertex"), "head_top"),
+    **dict.fromkeys(_PELVIS, "pelvis"),
+    **dict.fromkeys(("headtop", "tophead", "topofhead", "vertex"), "head_top"),
 }
 _SIDES = {"left": "l", "l": "l", "lt": "l", "right": "r", "r": "r", "rt": "r"}
 _FUSED = re.compile(rf"(left|right|l|r)({'|'.join(sorted(_PAIRED, key=len, reverse=True))})")
@@ -49,10 +37,10 @@ def joint_named(label: str) -> str:
     if match := _FUSED.fullmatch("".join(parts)):
         return f"{_SIDES[match[1]]}_{_PAIRED[match[2]]}"
     for at in (0, -1):
-        rest = "_".join(parts[1:] if at == 0 else parts[:-1])
+        rest = "".join(parts[1:] if at == 0 else parts[:-1])
         if parts[at] in _SIDES and rest in _PAIRED:
             return f"{_SIDES[parts[at]]}_{_PAIRED[rest]}"
-    return _MIDDLE.get("_".join(parts), "")
+    return _MIDDLE.get("".join(parts), "")
 
 
 def joints_named(labels: Sequence[str]) -> dict[str, int]:

@@ -25,7 +25,6 @@ COUNTS = (*sorted({*map(len, IN_2D)}), *WHOLE_BODIES)
 _FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
-_PIECE = 10_000  # frames whose steps are looked at together
 _SURE = 0.5  # of a joint's usual score
 
 
@@ -303,9 +302,7 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     """
     if len(frames) < 2:
         return []
-    starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
-    far = np.concatenate([steps(points[start : start + _PIECE + 1]) for start in starts])
-    unseen = np.diff(frames) - 1
+    far, unseen = steps(points), np.diff(frames) - 1
     far = np.where(far < REACH + _WANDER * unseen, 0, far)
     row = int(far.argmax())
     if far[row] == 0:

@@ -32,22 +32,9 @@ _SCORE = 3
 _LEFT_OUT = ("world", "pose", "m", "px")  # of a column's name, beside point and axis
 _NUMBERED = re.compile(r"([a-z]+)_?0*(\d{1,3})|0*(\d{1,3})_([a-z]+)")
 _POINT = re.compile(r"(?:landmark|lm|kp|kpt|keypoint|joint|point|p)?_?0*(\d{1,3})")
-_LABELS = {
-    f"{thing}{which}"
-    for thing in (
-        "landmark",
-        "keypoint",
-        "joint",
-        "bodypart",
-        "body_part",
-        "part",
-        "point",
-        "marker",
-        "kp",
-        "kpt",
-    )
-    for which in ("", "_id", "_index", "_idx", "_name", "_number")
-}
+_LABEL = re.compile(
+    r"(landmark|keypoint|joint|bodypart|body_part|part|point|marker|kp|kpt)(_id|_index|_idx|_name|_number)?"
+)
 _STACKED = ("scorer", "individuals", "bodyparts", "coords")  # what lines of DeepLabCut's header begin with
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "none", "null", "nil", "-"}
 _PEEK_BYTES = 1 << 16
@@ -238,7 +225,7 @@ def _stacked(rows: list[list[str]], delimiter: str) -> Header | None:
 
 def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     plain_names = [plain(name) for name in names]
-    label = next((i for i, name in enumerate(plain_names) if name in _LABELS), None)
+    label = next((i for i, name in enumerate(plain_names) if _LABEL.fullmatch(name)), None)
     person = next((names.index(name) for name in of_kind("person", names)), None)
     coordinates = [i for i, name in enumerate(plain_names) if kind_of(name) in ("", "like") and _column(name)]
     world = any("world" in name for name in plain_names)  # the image's coordinates may stand beside these
@@ -317,11 +304,11 @@ def _read(rows: Iterator[tuple[str, list[str]]], header: Header, moments: Moment
     for i, column in enumerate(columns):
         point = points.index(column.point) if header.label is None else label_of
         held[everybody.index(column.person), sighting, point, column.axis] = values[:, i]
-    names = (
-        [people[row] for row in first] if everybody == [None] else np.repeat(everybody, len(first)).tolist()
-    )
+    owners = [people[row] for row in first]
+    if everybody != [None]:
+        owners = [person for person in everybody for _ in first]
     seen = np.tile(np.asarray(at)[first], len(everybody))
-    return Points(points, held.reshape(len(seen), len(points), 4), seen, tuple(names), clock)
+    return Points(points, held.reshape(len(seen), len(points), 4), seen, tuple(owners), clock)
 
 
 def _sightings(

@@ -20,7 +20,6 @@ from .skeletons import (
     h36m17_of_skeleton,
     is_ours,
     leg_length,
-    made_points,
     place,
     unit_by_legs,
 )
@@ -33,7 +32,8 @@ _T_POSE_FRAMES = 10  # CMU's BVH files begin with an added T-pose that was smoot
 
 class Motion(NamedTuple):
     """joints: (T, 17, 3) H36M17, metres, in the file's axes. unit: the file's, of UNITS. first: the file's frame in
-    the first row; those before it are an added T-pose and what was smoothed into it. derived: as `made_points`."""
+    the first row; those before it are an added T-pose and what was smoothed into it. derived: as of
+    `h36m17_of_skeleton`."""
 
     joints: np.ndarray
     fps: float
@@ -47,16 +47,15 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
     may be of children. InputError when none fits, when the file is damaged, and when joints have names that are not in
     use."""
     skeleton, channels, frames, fps = parse(text)
-    derived = made_points(skeleton.names)
     turning = [i for i, (joint, name) in enumerate(channels) if joint > 0 and name.endswith("rotation")]
     posed = len(frames) > _T_POSE_FRAMES and np.abs(frames[0, turning]).max() < 1e-6
     first = _T_POSE_FRAMES if posed else 0
     joints, R = pose(skeleton, channels, frames[first:])
     if unit is None:
-        leg = leg_length(h36m17_of_skeleton(skeleton, joints, R))
+        leg = leg_length(h36m17_of_skeleton(skeleton, joints, R)[0])
         ours = is_ours(skeleton.names) and _OWN_LEG_M[0] <= leg <= _OWN_LEG_M[1]
         unit = "m" if ours else unit_by_legs(leg)
-    body = h36m17_of_skeleton(skeleton, UNITS[unit] * joints, R)
+    body, derived = h36m17_of_skeleton(skeleton, UNITS[unit] * joints, R)
     return Motion(body, fps, unit, first, derived)
 
 

@@ -201,6 +201,7 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         if source.keys() >= {"pitch_deg", "roll_deg"}:
             R = view_rotation(*(np.array(angle) for angle in (0.0, source["pitch_deg"], source["roll_deg"])))
             own[name] = axes.basis @ R[:, 2], source.get("error_deg") or np.nan
+    held: dict[str, Any] = {name: arrays[name] for name in OF_RECTIFIED}
     return Rectified(
         level=poses.with_(
             joints=arrays["level"],
@@ -211,7 +212,7 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         source=axes,
         up_own=own,
         **fields.model_dump(exclude={"up_by_source", "steps"}),
-        **{name: arrays[name] for name in OF_RECTIFIED},
+        **held,
     )
 
 

@@ -75,17 +75,17 @@ def read_trc(path: Path) -> Markers:
             f"expected a TRC file of marker positions, with its five lines of header: {error!r}.",
         ) from None
     width = 2 + 3 * len(names)
-    table = np.full((len(lines[5:]), width), np.nan)
-    for row, line in enumerate(lines[5:]):
-        for column, cell in enumerate(_cells(line)[:width]):
+    rows = [(number, _cells(line)[:width]) for number, line in enumerate(lines[5:], 6) if line.strip()]
+    table = np.full((len(rows), width), np.nan)
+    for values, (number, cells) in zip(table, rows, strict=True):
+        for column, cell in enumerate(cells):
             try:
-                table[row, column] = float(cell.replace(",", ".") or "nan")
+                values[column] = float(cell.replace(",", ".") or "nan")
             except ValueError:
                 raise InputError(
                     "wrong-content",
-                    f"line {row + 6}, column {column + 1}: expected a number, got {cell!r:.60}.",
+                    f"line {number}, column {column + 1}: expected a number, got {cell!r:.60}.",
                 ) from None
-    table = table[[bool(line.strip()) for line in lines[5:]]]
     numbers = table[:, 0] if np.isfinite(table[:, 0]).all() else np.arange(len(table))
     return Markers(
         names,

@@ -33,7 +33,8 @@ def read_measures(figures: Mapping[str, Any]) -> Measures:
 
 def _rows(figures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[Row]:
     # Of a group: it is one side's, or an angle's, a joint's or a limb's.
-    side = next((side for name in group if (side := _SIDES.get(name) or side_of(name))), "")
+    sides: list[Side] = [own for name in group if (own := _SIDES.get(name) or side_of(name))]
+    side: Side = sides[0] if sides else ""
     for key, content in figures.items():
         if key == Curve.name:
             yield from (_curve(angle, group, **fields) for angle, fields in content.items())

@@ -97,11 +97,14 @@ def place(
     return joints, R_world
 
 
-def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
+def h36m17_of_skeleton(
+    skeleton: Skeleton, joints: np.ndarray, R_world_from_joint: np.ndarray
+) -> tuple[np.ndarray, dict[str, str]]:
     """joints (T, J, 3) metres -> (T, 17, 3) H36M17, in the same axes: those of these names where it has all of them, as
-    our own BVH files do, else by the names in use. InputError naming what has no known name."""
+    our own BVH files do, else by the names in use; and how points on the head were made, which the skeleton has not.
+    InputError naming what has no known name."""
     if is_ours(skeleton.names):
-        return joints[:, [skeleton.names.index(joint) for joint in H36M17.joints]]
+        return joints[:, [skeleton.names.index(joint) for joint in H36M17.joints]], {}
     named = match(skeleton.names)
     at = {joint: joints[:, i] for joint, i in named.items()}
     R_world_from_head = R_world_from_joint[:, named["head"]]
@@ -112,32 +115,19 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
         chain.insert(0, joint)
         joint = skeleton.parents[joint]
     made = h36m17(at, joints[:, chain], *np.moveaxis(rotate(R_world_from_head, axes), 1, 0))
-    if _is_soma(skeleton.names):
+    derived = {"nose": "before the head, as it faces at rest or in most frames", "head": "above it"}
+    if {"LeftShin", *_SOMA_FACE} <= set(skeleton.names):
         # GEM-X writes SOMA's joints in axes of their own: the pose at rest is none, and does not tell the head's front.
         left_eye, right_eye, top = (joints[:, skeleton.names.index(name)] for name in _SOMA_FACE)
         made[:, H36M17.index("nose")] = (left_eye + right_eye) / 2
         made[:, H36M17.index("head")] = top
-    return made
+        derived = {"nose": "mean(LeftEye, RightEye)"}
+    return made, derived
 
 
 def is_ours(names: Sequence[str]) -> bool:
     """Whether these names of joints are H36M17's and maybe more, as in our own BVH files."""
     return set(H36M17.joints) <= set(names)
-
-
-def _is_soma(names: Sequence[str]) -> bool:
-    return {"LeftShin", *_SOMA_FACE} <= set(names)
-
-
-def made_points(names: Sequence[str]) -> dict[str, str]:
-    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, and how.
-    InputError naming what has no known name."""
-    if is_ours(names):
-        return {}
-    match(names)
-    if _is_soma(names):
-        return {"nose": "mean(LeftEye, RightEye)"}
-    return {"nose": "before the head, as it faces at rest or in most frames", "head": "above it"}
 
 
 def h36m17(
@@ -290,12 +280,9 @@ def unit_by_legs(leg: float, units: Iterable[str] = UNITS) -> str:
 
 def leg_length(joints: np.ndarray, layout: Layout = H36M17) -> float:
     """Thigh and shank of joints (T, J, 3), the median over the frames that have them and the mean of both sides."""
-    sides = []
-    for s in "lr":
-        hip, knee, ankle = (joints[:, layout.index(f"{s}_{part}")] for part in ("hip", "knee", "ankle"))
-        bones = (knee - hip, ankle - knee)
-        sides.append(sum(float(np.nanmedian(np.linalg.norm(bone, axis=-1))) for bone in bones))
-    return float(np.mean(sides))
+    legs = joints[:, layout.indices([f"{side}_{joint}" for side in "lr" for joint in LEG])]
+    bones = np.linalg.norm(np.diff(legs.reshape(len(joints), 2, 3, 3), axis=2), axis=-1)
+    return float(np.nanmedian(bones, axis=0).sum(axis=-1).mean())
 
 
 def upright_share(joints: np.ndarray) -> float:

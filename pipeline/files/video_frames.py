@@ -78,7 +78,7 @@ class OnePass:
 
     def __init__(self, video: Video | None) -> None:
         self._video = video
-        self._asked: list[_Asked] = []
+        self._waiting: list[_Asked] = []
 
     def ask(
         self, frames: Iterable[int], look: Callable[[int, np.ndarray], T], grey_side: int | None = None
@@ -87,35 +87,32 @@ class OnePass:
         left out. Images are (H, W, 3) uint8 RGB, or with grey_side (H, W) in grey, brought to that many pixels of the
         longer side. The function raises InputError as `images_from` does."""
         asked = _Asked(set(frames), look, grey_side)
-        self._asked.append(asked)
+        self._waiting.append(asked)
 
         def looked() -> dict[int, T]:
-            if not asked.done:
+            if asked in self._waiting:
                 self._look()
             return asked.answers
 
         return looked
 
     def _look(self) -> None:
-        waiting = [asked for asked in self._asked if not asked.done]
-        wanted = sorted(set().union(*(asked.frames for asked in waiting)))
+        wanted = sorted(set().union(*(asked.frames for asked in self._waiting)))
         if (video := self._video) is not None:
             for number, frame in _frames_at(video, wanted):
-                for asked in (each for each in waiting if number in each.frames):
+                for asked in (each for each in self._waiting if number in each.frames):
                     image = _upright(frame, video.rotation_deg, asked.grey_side)
                     asked.answers[number] = asked.look(number, image)
-        for asked in waiting:  # not before: who asks again after a failure is to hear of it, too
-            asked.done = True
+        self._waiting.clear()  # not before: who asks again after a failure is to hear of it, too
 
 
-@dataclass
+@dataclass(eq=False)
 class _Asked:
-    """done: in a pass that came to its end. answers: of `look`, by frame number."""
+    """answers: of `look`, by frame number."""
 
     frames: set[int]
     look: Callable[[int, np.ndarray], Any]
     grey_side: int | None
-    done: bool = False
     answers: dict[int, Any] = field(default_factory=dict)
 
 

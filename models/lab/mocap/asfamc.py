@@ -45,7 +45,7 @@ def read(path: Path) -> tuple[np.ndarray, str]:
     skeleton_file = max(named, key=lambda file: len(file.stem)) if named else skeletons[0]
     acclaim = parse_asf(_text(skeleton_file))
     joints, R = pose(acclaim, parse_amc(_text(path), acclaim))
-    return z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), "y"), skeleton_file.stem
+    return z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R)[0], "y"), skeleton_file.stem
 
 
 def _text(path: Path) -> str:

@@ -119,7 +119,7 @@ def test_made_joints_of_a_t_pose():
     R = np.tile(np.eye(3), (1, len(names), 1, 1))
     R[0, -1] = about("y", 90)  # the head looks to its left, +x, as a fencer's does all the time
     joints, R_world = place(skeleton, np.zeros((1, 3)), R)
-    made = dict(zip(H36M17.joints, h36m17_of_skeleton(skeleton, joints, R_world)[0], strict=True))
+    made = dict(zip(H36M17.joints, h36m17_of_skeleton(skeleton, joints, R_world)[0][0], strict=True))
     np.testing.assert_allclose(made["pelvis"], [0, -0.1, 0], atol=1e-12)
     np.testing.assert_allclose(made["spine"], [0, -0.1 + 0.43 * 0.6, 0], atol=1e-12)
     np.testing.assert_allclose(made["thorax"], [0, 0.525, 0], atol=1e-12)
