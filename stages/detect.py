@@ -29,7 +29,7 @@ from ..pipeline.reading.exchanged import treated
 @dataclass(frozen=True)
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files, or detector a function
-    (models.detector.function). joints: the layout of what a function finds, if its number does not tell. looks: how
+    (models.detector.load). joints: the layout of what a function finds, if its number does not tell. looks: how
     often each person in each image is looked at, 1 or 2, by a network that looks at one; the mean is taken, by default
     of 2. folder: where keypoints.npz goes. checkpoint: a file for the detections so far, written every
     minute. resume: the checkpoint of an interrupted run, to go on from. everybody: to be found, by YOLOX where no

@@ -41,7 +41,7 @@ class Lift:
     up and the first lift does not contradict that.
 
     lifter: "pcnet3d" (built in), the name of another, an .onnx file of one that was trained here, or a function
-    (models.lifter.function). unit: of what a function answers.
+    (models.lifter.load). unit: of what a function answers.
     """
 
     lifter: str | Callable[..., Any] = "pcnet3d"

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.angle_error.joint_covariance import FOCAL_HEADING, turns_of
-from ..models.common.spread import stated_spread
+from ..models.common.residuals import stated_spread
 from ..models.gravity.evidence import told_up
 from ..models.gravity.levelling import (
     Levelled,
@@ -21,8 +21,7 @@ from ..models.gravity.levelling import (
     why_not,
 )
 from ..models.gravity.moving import timed
-from ..models.gravity.sampling import take_rotation
-from ..models.gravity.votes import PersonFrames
+from ..models.gravity.votes import PersonFrames, take_rotation
 from ..models.rectifier.load import Checked, load_rectifier
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError

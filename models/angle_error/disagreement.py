@@ -23,11 +23,10 @@ from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
 from ...pipeline.signals.filters import breaks
 from ..common.metrics import rigid_error
-from ..common.spread import stated_spread
+from ..common.residuals import stated_spread
 from ..gravity.evidence import TakeUp
 from ..gravity.levelling import level
-from ..gravity.sampling import take_rotation
-from ..gravity.votes import PersonFrames
+from ..gravity.votes import PersonFrames, take_rotation
 from ..rectifier.load import load_rectifier
 from .joint_noise import shipped_noise
 from .posture import LOW, lowness
@@ -35,6 +34,15 @@ from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, growth
 
 _OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
 _LEAST = 0.5  # of the frames, in which both have to be
+# Mean distance of joints, the body rotated onto the truth in each frame, over the lifter's stated spread: median of
+# takes of 9 validation people, upright, and with the pelvis less than posture.LOW over the lower ankle, which they
+# crawl, crouch or lie for.
+_UPRIGHT, _LOWERED = 1.25, 1.6
+# Of a take that is expected to be so far off, one in ten is off by over 100 mm, a hand's breadth: it is called
+# suspicious, and without that was as good as one that is off by 30.
+FAR_OFF_MM = 75.0
+_STATURE_M = 1.7  # of poses without a scale
+_FEWEST = 10  # frames that both lifters have
 
 
 def by_disagreement(
@@ -97,17 +105,6 @@ def _running_mean(values: np.ndarray, window: int, seams: Sequence[int]) -> np.n
         for each in (np.where(fine, values, 0.0), fine.astype(float))
     )
     return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-
-
-# Mean distance of joints, the body rotated onto the truth in each frame, over the lifter's stated spread: median of
-# takes of 9 validation people, upright, and with the pelvis less than posture.LOW over the lower ankle, which they
-# crawl, crouch or lie for.
-_UPRIGHT, _LOWERED = 1.25, 1.6
-# Of a take that is expected to be so far off, one in ten is off by over 100 mm, a hand's breadth: it is called
-# suspicious, and without that was as good as one that is off by 30.
-FAR_OFF_MM = 75.0
-_STATURE_M = 1.7  # of poses without a scale
-_FEWEST = 10  # frames that both lifters have
 
 
 def far_off(poses: PoseSequence, rectified: Rectified, second: PoseSequence | None = None) -> Notice | None:

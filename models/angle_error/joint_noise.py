@@ -181,8 +181,8 @@ def noise_size(
 ) -> np.ndarray:
     """(T,) how long the modes of the joints' noise are in each frame of a take, in the joints' unit.
 
-    joints: (T, 17, 3) in any axes. stated: (T,) the lifter's stated error (models/common/spread.py), None or NaN where
-    it states none; the others as of `angle_sd`.
+    joints: (T, 17, 3) in any axes. stated: (T,) the lifter's stated error (`stated_spread`), None or NaN where it
+    states none; the others as of `angle_sd`.
     """
     stated = np.full(len(joints), np.nan) if stated is None else stated
     heading = heading_error(error_deg, up_error_deg)

@@ -27,7 +27,7 @@ from ...pipeline.signals.angles import (
 )
 from ...pipeline.signals.filters import CUTOFF_HZ, derivative, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, has_foot_angles
-from ..common.spread import stated_spread
+from ..common.residuals import stated_spread
 from ..smoother import known_noise
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
 from .posture import FEATURES, arms_of, features, growth

@@ -1,4 +1,5 @@
-"""How far poses are off the keypoints of the same images, limb by limb, and of which limbs a detector is unsure."""
+"""How far poses are off the keypoints of the same images, limb by limb, of which limbs a detector is unsure, and how
+sure a lifter says it is of a frame."""
 
 from __future__ import annotations
 
@@ -106,3 +107,19 @@ def unsure_joints(take: Take) -> dict[str, np.ndarray]:
         for limb, scores in limb_scores(take).items()
         for joint, score in zip(LIMBS[limb][1:], scores.T, strict=True)
     }
+
+
+def stated_spread(poses: PoseSequence) -> np.ndarray:
+    """(T,) geometric mean of the joints' stated standard deviations over axes and joints, as a share of stature; NaN
+    where nobody states them. poses: H36M17; the pelvis, from which the others are counted, is left out."""
+    poses = poses.without_feet
+    if poses.covariance is None:
+        return np.full(len(poses), np.nan)
+    others = [joint != "pelvis" for joint in poses.layout.joints]
+    log_volume = np.zeros(len(poses))
+    for rows in blocks(len(poses)):  # in double precision a long take's covariances are a gigabyte
+        with np.errstate(invalid="ignore"):  # of missing joints
+            log_volume[rows] = np.linalg.slogdet(poses.covariance[rows, others].astype(np.float64))[1].mean(
+                axis=1
+            )
+    return np.exp(log_volume / 6) / implied_stature(poses.joints)

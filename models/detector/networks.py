@@ -14,6 +14,14 @@ _JOINT_SEEN = 0.2  # score from which a joint counts as seen, of the published r
 _HIPS = COCO17.indices(("l_hip", "r_hip"))
 _TORSO = COCO17.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
 _TORSO_ROOM, _BODY_ROOM = 1.9, 1.2
+MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
+DEVIATION = np.array([58.395, 57.12, 57.375], dtype=np.float32)
+_PEAK_SEEN = 0.3  # score from which a joint belongs into the person's box, MMPose's own threshold for drawing
+LAYOUTS = {17: COCO17, 26: HALPE26, 133: COCO23}  # by number of joints, of which the first count
+_SIDE = 640  # pixels, where the network takes any
+_GREY = 114  # beyond the image, as it was trained
+_SURE = 0.3  # score of a person, rtmlib's
+_OVERLAP = 0.45  # of two boxes over their union, beyond which they are one person; rtmlib's
 
 
 class MoveNet:
@@ -49,12 +57,6 @@ class MoveNet:
         body = off[person.score > _JOINT_SEEN].max(initial=0)
         side = 2 * max(_TORSO_ROOM * off[_TORSO].max(), _BODY_ROOM * body)
         return around(centre, side, side)
-
-
-MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
-DEVIATION = np.array([58.395, 57.12, 57.375], dtype=np.float32)
-_PEAK_SEEN = 0.3  # score from which a joint belongs into the person's box, MMPose's own threshold for drawing
-LAYOUTS = {17: COCO17, 26: HALPE26, 133: COCO23}  # by number of joints, of which the first count
 
 
 class SimCC:
@@ -103,12 +105,6 @@ class SimCC:
     def next_crop(self, person: Found) -> Crop:
         """As CropNetwork says."""
         return fitted(person.box, self.aspect, self.room)
-
-
-_SIDE = 640  # pixels, where the network takes any
-_GREY = 114  # beyond the image, as it was trained
-_SURE = 0.3  # score of a person, rtmlib's
-_OVERLAP = 0.45  # of two boxes over their union, beyond which they are one person; rtmlib's
 
 
 class PersonBoxes:

@@ -20,8 +20,7 @@ from ...pipeline.running.progress import counted
 from ...pipeline.signals.visibility import LEAST_SCORE
 from .leaps import exchanges, leaps
 from .protocols import Detector, Found
-from .repeated import repeated, without_repeats
-from .scene_cuts import Glance
+from .scene_cuts import Glance, repeated, without_repeats
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
 _LAST = 10  # images that show how far the film leaps without a cut: a recording that stalls does so again and again

@@ -29,6 +29,16 @@ _TURNS_DEG = 30.0  # in one step
 _NEAREST = 5  # landings that tell how the pelvis swings there; two that see a turn are outvoted
 # Times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step.
 _SIDEWAYS = 2.0
+_RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
+# Seconds of double support, and of the strides, from which a run has walked steps too: 19 of 26 lifted takes of which
+# most steps are walked, none of 84 runs (validation people).
+_BOTH_S, _SOME = 0.03, 0.2
+# Of the time of a walk each foot is on the floor, mean of those that contacts were learned from.
+_USUAL_SHARE = 0.62
+_ITERATIONS = 30
+_BESIDE_S = 0.3  # of a walk before its first landing and after its last, walked alike
+LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
+Values = dict[str, dict[str, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -267,17 +277,6 @@ def _broken(pieces: Sequence[slice], time_s: np.ndarray, at_s: np.ndarray) -> np
     return (first > last) | (piece_of[first] < 0) | (piece_of[first] != piece_of[last])
 
 
-_RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
-# Seconds of double support, and of the strides, from which a run has walked steps too: 19 of 26 lifted takes of which
-# most steps are walked, none of 84 runs (validation people).
-_BOTH_S, _SOME = 0.03, 0.2
-# Of the time of a walk each foot is on the floor, mean of those that contacts were learned from.
-_USUAL_SHARE = 0.62
-_ITERATIONS = 30
-_BESIDE_S = 0.3  # of a walk before its first landing and after its last, walked alike
-LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
-
-
 @dataclass(frozen=True, eq=False)
 class Gait:
     """feet: stances by side "r" and "l", in walks and elsewhere. walks: of three steps or more, in order."""
@@ -395,9 +394,6 @@ def separation(body: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) 
 def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:
     """(T,) where the person faces about LEVEL's z, by rotations (T, 3, 3)."""
     return np.degrees(np.arctan2(-R_level_from_body[:, 1, 0], -R_level_from_body[:, 0, 0]))
-
-
-Values = dict[str, dict[str, np.ndarray]]
 
 
 def time_values(gait: Gait) -> Values:

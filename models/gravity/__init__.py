@@ -1,8 +1,8 @@
 """Which way is up: one answer from every source that knows something, with its error.
 
-`evidence` is what any source says about up, and what all say together: `votes` pools a person's frames, of which
-`sampling` asks a rectifier about as many as inform, `floor` reads it off feet that stand, `images` reads it off an
-image's straight lines (`lines` finds those, and fits the directions of a built world to them), `view` does it for a
-video. `moving` does it for each frame of a camera that moves. `levelling` makes a take of it, or several people's, and
-says what a lift may rest on; `live` does it while the camera runs.
+`evidence` is what any source says about up, and what all say together: `votes` asks a rectifier about a person's
+frames, as many as inform, and pools them, `floor` reads it off feet that stand, `images` off an image's straight lines,
+to which it fits the directions of a built world, `view` does it for a video. `moving` does it for each frame of a
+camera that moves. `levelling` makes a take of it, or several people's, and says what a lift may rest on; `live` does it
+while the camera runs.
 """

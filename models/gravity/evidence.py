@@ -39,6 +39,16 @@ _DOUBT = 0.5  # more likely wrong than right
 
 # 90 % radius of a Gaussian with standard deviations 1 and 0, 0.2, ... 1, by numerical integration.
 _RADII = (1.6449, 1.6573, 1.6992, 1.7915, 1.9472, 2.1460)
+_CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
+# Takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts.
+_BODY_FAILURE = 0.10
+# Of the loser's being right: above, a bound that nine of ten takes stay under has to reach as far as its answer.
+_LOSER = 0.1
+# Told gravity further than this from everything else is a mistake of the one who tells.
+_TOLD_WIDEST_DEG = 60.0
+_TOLD_ERRORS = 3.0
+# Root mean square error up to which a lifter is told up (levelling.known_up), and gains by it.
+KNOWN_DEG = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,18 +184,6 @@ def _across(sources: Sequence[Evidence], up: np.ndarray) -> tuple[np.ndarray, np
     across = np.linalg.svd(up[None])[2][1:]
     information = np.sum([source.information for source in sources], axis=0)
     return across, np.linalg.pinv(across @ information @ across.T, hermitian=True)
-
-
-_CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
-# Takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts.
-_BODY_FAILURE = 0.10
-# Of the loser's being right: above, a bound that nine of ten takes stay under has to reach as far as its answer.
-_LOSER = 0.1
-# Told gravity further than this from everything else is a mistake of the one who tells.
-_TOLD_WIDEST_DEG = 60.0
-_TOLD_ERRORS = 3.0
-# Root mean square error up to which a lifter is told up (levelling.known_up), and gains by it.
-KNOWN_DEG = 3.0
 
 
 @dataclass(frozen=True)

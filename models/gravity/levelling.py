@@ -17,7 +17,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, unit
 from ...pipeline.plugins.protocols import Rectifier
 from ..common.canonical import R_world_from_body
-from ..common.spread import stated_spread
+from ..common.residuals import stated_spread
 from .evidence import KNOWN_DEG, Evidence, TakeUp, about, fuse, fused_up
 from .floor import of_feet
 from .moving import sliding_up, with_looks

@@ -15,9 +15,8 @@ from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import nearest_row
 from ..common.metrics import RAYLEIGH_90
-from ..common.spread import stated_spread
+from ..common.residuals import stated_spread
 from .evidence import FRAMES, IMAGE, KNOWN_DEG, TakeUp, settled
-from .sampling import take_rotation
 from .votes import (
     PersonFrames,
     bodies_covariance,
@@ -26,6 +25,7 @@ from .votes import (
     leaning,
     own_lean,
     smoothed,
+    take_rotation,
     trust,
 )
 

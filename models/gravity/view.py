@@ -35,6 +35,22 @@ _SAME = 2.0  # pixels: corners that move as one picture does that is shifted, tu
 _SPREAD = 0.14
 _ZOOM = 0.05  # a second, of the picture's scale; and in all, of one that grows, or shrinks, most of the time
 _DRIFT = 0.5  # of the way: net of it, below which a picture trembles to and fro
+# Standard deviation of an assumed focal length as a share of it. Lenses are far oftener longer than those of phones
+# than shorter: of lenses from 0.65 to 2 longer sides, evenly by their logarithm, nine in ten lie within 1.645 of it.
+ASSUMED_FOCAL_SD = 0.75
+# Of a focal length that the video file states: the sensor's crop and stabilisation are not told.
+FILE_SPREAD = 0.08
+# A told focal length is held against what lines make of one that is free by a factor of 1.6 about it, and is
+# contradicted from so many standard deviations and so large a logarithm on; by rendered rooms and streets.
+_FREE, _BEYOND, _LEAST = 0.5, 3.0, 0.15
+_LOOKS = 3  # images of a camera that stands still
+_EVERY = 10  # video frames between the images of one that moves
+# By which it is seen how the background moves, and between the two images of each.
+_GLIMPSES, _SOON_S = 10, 0.1
+_REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
+_BOXES = 6  # along a bone
+_NO_BOX = np.zeros((0, 4))
+Boxes = Mapping[int, np.ndarray]  # frame: (N, 4) left, top, right, bottom in pixels of the people there
 
 
 @dataclass(frozen=True)
@@ -141,24 +157,6 @@ def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
     if reach < TREMBLE or (np.hypot(*path[-1]) < _DRIFT * way and reach < 10 * TREMBLE):
         return Background("hand-held", speed, reach)
     return Background("panning", speed, reach)
-
-
-# Standard deviation of an assumed focal length as a share of it. Lenses are far oftener longer than those of phones
-# than shorter: of lenses from 0.65 to 2 longer sides, evenly by their logarithm, nine in ten lie within 1.645 of it.
-ASSUMED_FOCAL_SD = 0.75
-# Of a focal length that the video file states: the sensor's crop and stabilisation are not told.
-FILE_SPREAD = 0.08
-# A told focal length is held against what lines make of one that is free by a factor of 1.6 about it, and is
-# contradicted from so many standard deviations and so large a logarithm on; by rendered rooms and streets.
-_FREE, _BEYOND, _LEAST = 0.5, 3.0, 0.15
-_LOOKS = 3  # images of a camera that stands still
-_EVERY = 10  # video frames between the images of one that moves
-# By which it is seen how the background moves, and between the two images of each.
-_GLIMPSES, _SOON_S = 10, 0.1
-_REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
-_BOXES = 6  # along a bone
-_NO_BOX = np.zeros((0, 4))
-Boxes = Mapping[int, np.ndarray]  # frame: (N, 4) left, top, right, bottom in pixels of the people there
 
 
 def camera_of(

@@ -34,6 +34,8 @@ _JUMP_HZ = 10.0  # ... at this many frames a second, nor this far in less time
 _MIN_JUMPS = 4  # scene cuts may explain fewer
 _MIN_JOINTS = 4  # seen in both frames, to call it the whole body
 _NORMALISED = 4.0  # no image is this few pixels wide
+_FASTEST_HZ = 60.0
+_LINE_S = 0.3  # a joint that is missing for longer is left to the network
 
 
 def checked_size(asked: ToLift) -> np.ndarray:
@@ -154,10 +156,6 @@ def visible_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) ->
     points = remap(keypoints, H36M17)
     hidden, _ = unseen(keypoints, image_size, points.frame_index, points.times)
     return points.without(hidden)
-
-
-_FASTEST_HZ = 60.0
-_LINE_S = 0.3  # a joint that is missing for longer is left to the network
 
 
 @dataclass(frozen=True)

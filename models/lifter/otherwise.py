@@ -21,8 +21,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import bone_spread
 from ...pipeline.signals.visibility import SURE_SCORE, mean_scores
-from ..common.residuals import residuals
-from ..common.spread import stated_spread
+from ..common.residuals import residuals, stated_spread
 from .builtin import lifted
 
 _ROWS = (36, 160)  # at least, and the most that are lifted once more

@@ -27,7 +27,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg, from_columns, geodesic_deg, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
-from ...common.spread import stated_spread
+from ...common.residuals import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.votes import PersonFrames
 from ..common.metrics import Figure, OfTake, Row, figures, mean

@@ -35,7 +35,7 @@ from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...detector.load import load_detector
 from ...detector.video import detect as detect_in
-from ...gravity.lines import tangent
+from ...gravity.images import tangent
 from ...lifter.load import load_lifter
 from ..common.metrics import scaled
 from ..mocap.clips import Clip, data_folder, lying

@@ -27,7 +27,7 @@ from ...angle_error.joint_noise import (
     shipped_noise,
 )
 from ...angle_error.take_angles import smoothed
-from ...common.spread import stated_spread
+from ...common.residuals import stated_spread
 from ...gravity.levelling import level_static, why_not
 from ...gravity.votes import PersonFrames
 from ...lifter.load import load_lifter

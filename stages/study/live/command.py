@@ -14,7 +14,7 @@ import numpy as np
 import typer
 
 from ....models.detector.load import load_detector
-from ....models.detector.repeated import without_repeats
+from ....models.detector.scene_cuts import without_repeats
 from ....models.gravity.evidence import told_up
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError

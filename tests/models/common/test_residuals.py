@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.common.residuals import LIMBS, residuals
-from pcnet3d.models.common.spread import stated_spread
+from pcnet3d.models.common.residuals import LIMBS, residuals, stated_spread
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera

@@ -10,8 +10,7 @@ from golden.films import film_of
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.video import read as read_video
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.models.detector.repeated import repeated
-from pcnet3d.models.detector.scene_cuts import Glance
+from pcnet3d.models.detector.scene_cuts import Glance, repeated
 from pcnet3d.models.detector.video import detect
 
 MOVES, NOT = [40.0] * 6, [1.0] * 10

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.gravity import lines
-from pcnet3d.models.gravity.lines import Segments
+from pcnet3d.models.gravity import images as lines
+from pcnet3d.models.gravity.images import Segments
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 

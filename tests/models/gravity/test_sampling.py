@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.common.canonical import R_world_from_body
-from pcnet3d.models.gravity.sampling import take_rotation
+from pcnet3d.models.gravity.votes import take_rotation
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import geodesic_deg, is_finite, rotate
 
