@@ -5,12 +5,13 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import pytest
 
 from commands import pcnet3d, refused, succeeded
-from pcnet3d.models.lab.mocap.clips import read_clips, read_mocap
+from pcnet3d.models.lab.mocap.clips import data_set, read_clips, read_mocap
 from pcnet3d.models.lab.mocap.data import SPLITS, of_accad, of_tennis, with_whole_forearms
 from pcnet3d.pipeline import H36M17
 
@@ -23,6 +24,7 @@ def test_the_sample_becomes_a_folder_by_which_a_row_of_the_readme_is_measured(tm
     for part in ("train", "val", "test"):
         made, sample = (read_clips(part, folder) for folder in (tmp_path / "data", SAMPLE))
         assert [clip.name for clip in made] == [clip.name for clip in sample]
+        assert {data_set(clip) for clip in made} == {"cmu"}
     np.testing.assert_array_equal(made[0].joints, sample[0].joints)
     before = (tmp_path / "data" / "cmu_mocap.npz").stat().st_mtime_ns
     succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path / "data"))
@@ -96,3 +98,14 @@ def test_the_people_of_each_part_are_those_of_the_data_folder(data):
     listed = json.loads((data / "splits.json").read_text())
     for file, parts in SPLITS.items():
         assert {part: listed[file].get(part, []) for part in parts} == parts
+
+
+@pytest.mark.data("accad_mocap.npz")
+def test_the_sample_is_what_its_program_makes_of_the_data_folder(data):
+    arrays, splits = run_path(str(SAMPLE / "make.py"))["sample"](data)
+    with np.load(SAMPLE / "cmu_mocap.npz") as file:
+        assert set(file) == set(arrays)
+        for name in file:
+            np.testing.assert_array_equal(file[name], arrays[name])
+            assert file[name].dtype == arrays[name].dtype
+    assert json.loads((SAMPLE / "splits.json").read_text()) == splits

@@ -84,17 +84,12 @@ def test_recordings_of_ones_own_are_a_file_of_a_folder(tmp_path):
     assert [people_of(part, own) for part in ("train", "val", "test")] == [{"ann"}, {"bob"}, {"cem"}]
 
 
-@pytest.mark.parametrize(
-    ("name", "subject", "who"),
-    [
-        ("tennis-mrios_Reves_0", "tennis-mrios", "tennis-mrios"),
-        ("x_charleston1", "x_charleston", None),
-        ("xq_jumpingjacks", "xq_jumpingjacks", None),
-        ("x_01", "x", "x"),  # somebody's own file of a person of that name
-    ],
-)
-def test_a_clip_says_whose_it_is(name, subject, who):
-    assert person(clip(name, subject)) == who
+def test_a_clip_says_whose_it_is():
+    """x_01 is somebody's own file of a person of that name."""
+    for name, who in (("tennis-mrios_Reves_0", "tennis-mrios"), ("x_01", "x")):
+        assert person(clip(name, who)) == who
+    for subject in ("x_charleston", "xq_jumpingjacks"):
+        assert person(clip(f"{subject}1", subject)) is None
 
 
 def test_a_subject_in_two_parts_is_refused(folder):
