@@ -52,14 +52,15 @@ class Frame:
     unit: str = "m"
 
     def __post_init__(self) -> None:
-        directions = _DIRECTIONS.get(self.family, {})
-        square = (self.dims, self.dims)
-        known = self.unit in UNITS and directions.keys() >= {*self.axes} and self.basis.shape == square
+        if self.unit not in UNITS:
+            raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
+        directions, square = _DIRECTIONS.get(self.family, {}), (self.dims, self.dims)
+        known = directions.keys() >= {*self.axes} and self.basis.shape == square
         if not known or abs(np.linalg.det(self.basis)) < 0.5:
             raise InputError(
                 "bad-value",
                 f"Expected a frame of {', '.join(_DIRECTIONS)}, with as many independent axes of its directions "
-                f"({', '.join(directions)}), in {', '.join(UNITS)}; got {self.family}, {self.axes}, {self.unit}.",
+                f"({', '.join(directions)}); got {self.family} and {', '.join(self.axes)}.",
             )
 
     @property
