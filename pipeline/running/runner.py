@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.system import give_memory_back
-from ..core.take import SILENT, Take, Told
+from ..core.take import Take
 from ..plugins.protocols import Stage
 from ..reading.guard import looked_at
 
@@ -27,13 +27,7 @@ class Pipeline:
         """Raise InputError when a stage needs something that neither the take nor an earlier stage gives, changes
         something that an earlier stage has already used, or cannot work with the unit of the poses."""
         unit = take.poses.frame.unit if take.poses is not None else ""
-        given = (field.name for field in fields(Take) if getattr(take, field.name) is not None)
-        self.check_given(given, unit, take.told)
-
-    def check_given(self, given: Iterable[str], unit: str = "", told: Told = SILENT) -> None:
-        """The same for a take that is not there yet, in which the fields of these names will be filled. unit: that of
-        its poses, empty without poses or if it is not known. told: what the user says about it."""
-        filled = {*given, *(field.name for field in fields(Take) if field.default is not None)}
+        filled = {field.name for field in fields(Take) if getattr(take, field.name) is not None}
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
                 for name in set(earlier.needs).intersection(stage.gives):
@@ -51,10 +45,10 @@ class Pipeline:
                         f"the order is {' > '.join(s.name for s in self.stages)}.",
                     )
             filled.update(stage.gives)
-            _asked(stage, "check_told", told)
+            _asked(stage, "check_told", take.told)
             _asked(stage, "check_unit", unit)
             if "poses" in stage.gives:
-                unit = _asked(stage, "unit_of", unit, told) or ""
+                unit = _asked(stage, "unit_of", unit, take.told) or ""
 
     def check_rate(self, fps: float) -> None:
         """Raise InputError when a stage cannot work at this frame rate of the video."""

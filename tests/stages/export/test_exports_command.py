@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from commands import pcnet3d, recipe_of, refused
-from pcnet3d.pipeline import InputError, Pipeline, Told
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.lift import Lift
@@ -52,7 +52,6 @@ class Measuring:
     [
         ("arbitrary", [Clean], None, True),
         ("m", [Clean, Place], None, False),
-        ("", [Clean], None, False),  # nobody knows
         ("", [Lift, Clean, Scale, Place], None, True),
         ("", [Lift, Clean, Scale, Place], 1.75, False),
         ("m", [Lift], None, True),
@@ -64,6 +63,10 @@ def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(
 ):
     """A video of somebody without a height was detected and lifted first."""
     stages = (*(stage() for stage in before), Export(tmp_path, also=("trc",)))
-    given = ("poses", "keypoints", "rectified", "kinematics")
+    one = np.zeros((1, 17, 3))
+    poses = PoseSequence(one, H36M17, CAMERA.with_(unit=unit)) if unit else None
+    keypoints = PoseSequence(one[..., :2], H36M17, IMAGE)
+    take = Take("toy", poses=poses, keypoints=keypoints, told=Told(stature_m=stature_m))
+    take = take.with_(rectified=keypoints, kinematics={})  # as if they were there
     with pytest.raises(InputError, match=r"--also trc.*--stature") if refused else nullcontext():
-        Pipeline(stages).check_given(given, unit, Told(stature_m=stature_m))
+        Pipeline(stages).check(take)
