@@ -129,13 +129,7 @@ def _laboratory() -> None:
 @app.callback()
 def _program(
     version: Annotated[
-        bool,
-        typer.Option(
-            "--version",
-            callback=_version,
-            is_eager=True,
-            help="Print the version.",
-        ),
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
     verbose: Annotated[
         bool, typer.Option(*_VERBOSE, help="Print the options and the time of each stage.")

@@ -72,8 +72,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
             if name not in adapters():
                 registry.load("adapters", name)  # says that there is none, or what is wrong with it
             raise InputError(
-                "name-unknown",
-                f"There is no adapter '{name}' for {gives}; {did_you_mean(name, candidates)}",
+                "name-unknown", f"There is no adapter '{name}' for {gives}; {did_you_mean(name, candidates)}"
             )
         return candidates[name]
     fits = [adapter for adapter in candidates.values() if recognises(adapter, path)]
@@ -163,12 +162,8 @@ def refuse_damaged(path: Path) -> None:
                 f"{path} is JSON that is incomplete or damaged at line {error.lineno}, column {error.colno}; write or "
                 "copy it again.",
             ) from None
-        except (
-            OSError,
-            ValueError,
-            RecursionError,
-        ):  # unreadable, or of another kind than detectors and lifters write
-            pass
+        except (OSError, ValueError, RecursionError):
+            pass  # unreadable, or of another kind than detectors and lifters write
 
 
 def why_no_input(path: Path, gives: str | None) -> str:

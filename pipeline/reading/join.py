@@ -85,9 +85,9 @@ class Files:
         poses, keypoints, numbering = self._numbered(poses, keypoints)
         lead = poses or keypoints
         assert lead is not None
-        for file, rows in ((self.poses, poses), (self.keypoints, keypoints)):
-            if file and rows:
-                self._check_numbers(file.path, rows, numbering)
+        self._check_numbers(self.lead.path, lead, numbering)
+        if keypoints is not None and self.keypoints is not None:
+            self._check_numbers(self.keypoints.path, keypoints, self.keypoints)
         doubts = self._doubts(keypoints if keypoints and lead.time_s is None else lead)
         lead = self._timed(self.lead.path, lead, keypoints)
         check_times(lead.times, str(self.lead.path))
@@ -237,17 +237,10 @@ def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[in
     if first == behind:
         raise InputError(
             "bad-value",
-            f"Expected a --time-range that contains frames, got {_span(start, end)}; the take lasts from "
-            f"{_span(time_s[0], time_s[-1])}.",
+            f"Expected a --time-range that contains frames, got {span_of(start, end)}; the take lasts from "
+            f"{span_of(time_s[0], time_s[-1])}.",
         )
     return first, behind - 1
-
-
-def range_note(time_range: tuple[float, float], time_s: np.ndarray) -> Notice:
-    """That only a part was read. time_s: (T,) of the whole."""
-    first, last = rows_within(time_range, time_s)
-    part, whole = _span(time_s[first], time_s[last]), _span(time_s[0], time_s[-1])
-    return notice("part-only", part=f"Only {part} was processed, as asked", whole=whole)
 
 
 def part_of(sequence: PoseSequence, time_range: tuple[float, float]) -> PoseSequence:
@@ -270,5 +263,5 @@ def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
     return [notice("part-only", part=part, whole=how_many(len(video.time_s), "frame"))]
 
 
-def _span(start: float, end: float) -> str:
+def span_of(start: float, end: float) -> str:
     return f"{start:.2f} s on" if end == np.inf else f"{start:.2f} to {end:.2f} s"

@@ -19,7 +19,7 @@ from .bounds import check_image_size, check_times
 from .choose import RANKS, choose_detected, choose_person, listed_people
 from .exchanged import treated
 from .findings import findings_of
-from .join import Files, Rows, coverage, part_of, range_note, rows_within
+from .join import Files, Rows, coverage, part_of, rows_within, span_of
 from .load import Source, load, read_video
 from .settings import RunOptions
 from .together import together
@@ -148,10 +148,12 @@ def _joined(files: Files, poses: Rows, keypoints: Rows) -> Take:
     if (asked := options.time_range) is not None:
         lead = poses or keypoints
         whole = files.video_seconds if lead is None or video is not None else lead.times
-        part = [range_note(asked, whole)]
+        first, last = rows_within(asked, whole)
+        only = f"Only {span_of(whole[first], whole[last])} was processed, as asked"
+        part = [notice("part-only", part=only, whole=span_of(whole[0], whole[-1]))]
         source = source and poses and part_of(source.with_(time_s=poses.times), asked)
         poses, keypoints = (rows and part_of(rows, asked) for rows in (poses, keypoints))
-        video = video and replace(video, part=rows_within(asked, whole))
+        video = video and replace(video, part=(first, last))
     lead = poses or keypoints
     poses, keypoints, changed = _without_altered(poses, source, keypoints)
     poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)

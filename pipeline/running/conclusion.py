@@ -18,11 +18,8 @@ from .sentences import answer, length_of, trusted
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = "person-chosen"  # who was visible and left out comes before the result
 _SAID_BEFORE = (_FIRST, "not-levelled")  # or in the verdict
-_SAID = (
-    "note",
-    "repair",
-    "warning",
-)  # graver ones are in the verdict, and a mark is a place in the recording
+# Graver ones are in the verdict, and a mark is a place in the recording.
+_SAID = ("note", "repair", "warning")
 
 
 def conclude(takes: Mapping[str, Take], folder: Path, within: str = "") -> None:

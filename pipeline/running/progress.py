@@ -7,19 +7,14 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from ..core.errors import InputError
 from ..core.messages import is_verbose, on_terminal, say
 
 _SECONDS_A_LINE = 20.0
 Item = TypeVar("Item")
-
-
-class Done(Protocol):
-    """Told how many are done, and more words for the line."""
-
-    def __call__(self, count: int, more: str = "", /) -> None: ...
+Done = Callable[..., None]  # told how many are done, and more words for the line
 
 
 @contextmanager
