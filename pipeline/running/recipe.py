@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Iterable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -135,11 +136,11 @@ def load_recipe(path: str | Path | None = None) -> Recipe:
 
 def _extended(recipe: Recipe, changes: Iterable[StageEntry], where: str) -> Recipe:
     """The recipe with stages inserted, and options set, as `load_recipe` has it."""
-    stages = [(entry, "") for entry in recipe.stages]  # and the stage that each was put behind
+    stages, behind = list(recipe.stages), Counter[str]()
     for change in changes:
         options = dict(change.options)
         after = options.pop(_AFTER, change.use)
-        uses = [entry.use for entry, _ in stages]
+        uses = [entry.use for entry in stages]
         if after not in uses:
             hint = did_you_mean(str(after), uses)
             needed = f'; or say where it goes, {_AFTER} = "..."' if after == change.use else ""
@@ -148,15 +149,12 @@ def _extended(recipe: Recipe, changes: Iterable[StageEntry], where: str) -> Reci
                 f"{where}: the default recipe has no stage '{after}'; {hint.rstrip('.')}{needed}.",
             )
         place = uses.index(after)
-        entry = StageEntry(use=change.use, **options)
         if after == change.use:
-            stages[place] = stages[place][0].with_options(options), stages[place][1]
-            continue
-        place += 1
-        while place < len(stages) and stages[place][1] == after:
-            place += 1
-        stages.insert(place, (entry, after))
-    return Recipe(stages=tuple(entry for entry, _ in stages))
+            stages[place] = stages[place].with_options(options)
+        else:
+            behind[after] += 1
+            stages.insert(place + behind[after], StageEntry(use=change.use, **options))
+    return Recipe(stages=tuple(stages))
 
 
 def _leads_out(text: str) -> bool:
