@@ -7,6 +7,7 @@ rate. A numbering that is right betters every part of a take; by chance one bett
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -64,12 +65,18 @@ def together(
     if image_size is None:
         keypoints = _centred(keypoints)
     camera = Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if focal_px else "prior")
-    each = _Compared(poses, keypoints, camera, stature)
+    common = np.flatnonzero(np.isin(poses.frame_index, keypoints.frame_index))
+    if not len(common):
+        return None
+    spread = np.linspace(0, len(common) - 1, limit("keypoints-not-of-poses.rows"))
+    common = common[np.unique(spread.astype(int))]
+    at = poses.frame_index[common].astype(np.float64)
+    joints = (poses.joints[common][:, H36M17.indices(JOINTS)] / stature).astype(np.float64)
+    off_at = partial(_off, joints, keypoints.frame_index.astype(np.float64), *_rays(poses, keypoints, camera))
     most = limit("keypoints-not-of-poses.lags")
     ways = [(lag, 1.0) for lag in range(-most, most + 1)] + [(0, rate) for rate in RATES if rate != 1]
-    by_way = {}
-    if len(each.at):
-        by_way = dict(zip(ways, each.off(np.stack([each.numbered(*way) for way in ways])), strict=True))
+    frames = np.stack([at[0] + (at - at[0]) * rate + lag for lag, rate in ways])
+    by_way = dict(zip(ways, off_at(frames), strict=True))
     enough = limit("keypoints-not-of-poses.enough")
     offs = {way: _median(off) for way, off in by_way.items() if np.isfinite(off).sum() >= enough}
     if (0, 1.0) not in offs:
@@ -83,7 +90,7 @@ def together(
     better = off > limit("keypoints-not-of-poses.better") * least and parts >= fewest
     elsewhere = better and (abs(lag) > 1 or rate != 1)
     usual = limit("keypoints-not-of-poses.off" if image_size else "keypoints-not-of-poses.off-unsized")
-    anybodys = _median(each.off(np.roll(each.at, len(each.at) // 2)))  # of the keypoints half a take later
+    anybodys = _median(off_at(np.roll(at, len(at) // 2)))  # of the keypoints half a take later
     most_off = max(usual, limit("keypoints-not-of-poses.anybodys") * anybodys)
     return Fit(off, least if elsewhere else None, lag, rate, most_off)
 
@@ -100,50 +107,39 @@ def _centred(keypoints: PoseSequence) -> PoseSequence:
     return keypoints.with_(joints=keypoints.joints - middle + np.array(_FAR_SIZE) / 2)
 
 
-class _Compared:
-    """Some rows of poses, (N, J, 3) in statures, and the rays (S, J, 2) of all keypoints, of JOINTS."""
+def _rays(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """(S, J, 2) rays of all keypoints, of JOINTS, and (S, J) the trust in them."""
+    times = keypoints.frame_index if keypoints.time_s is None else keypoints.time_s
+    every = poses.without_feet.rows(0, 1).with_(  # a pose in each row of the keypoints, for their rays
+        joints=np.zeros((len(keypoints), len(H36M17), 3), np.float32), time_s=times.astype(np.float64),
+        frame_index=keypoints.frame_index, confidence=None, path=None, seams=(),
+    )  # fmt: skip
+    rays, trust = keypoint_rays(every, keypoints, camera)
+    use = H36M17.indices(JOINTS)
+    return rays[:, use].astype(np.float64), trust[:, use]
 
-    def __init__(self, poses: PoseSequence, keypoints: PoseSequence, camera: Camera, stature: float) -> None:
-        use = H36M17.indices(JOINTS)
-        self.frames = keypoints.frame_index.astype(np.float64)
-        times = self.frames if keypoints.time_s is None else keypoints.time_s
-        every = poses.without_feet.rows(0, 1).with_(  # a pose in each row of the keypoints, for their rays
-            joints=np.zeros((len(keypoints), len(H36M17), 3), np.float32), time_s=times,
-            frame_index=keypoints.frame_index, confidence=None, path=None, seams=(),
-        )  # fmt: skip
-        rays, trust = keypoint_rays(every, keypoints, camera)
-        self.rays, self.trust = rays[:, use].astype(np.float64), trust[:, use]
-        common = np.flatnonzero(np.isin(poses.frame_index, keypoints.frame_index))
-        if len(common):
-            spread = np.linspace(0, len(common) - 1, limit("keypoints-not-of-poses.rows"))
-            common = common[np.unique(spread.astype(int))]
-        self.at = poses.frame_index[common].astype(np.float64)
-        self.joints = (poses.joints[common][:, use] / stature).astype(np.float64)
 
-    def numbered(self, lag: int, rate: float) -> np.ndarray:
-        """(N,) the poses' numbers where they grow `rate` times as fast and the first is `lag` later."""
-        return self.at[0] + (self.at - self.at[0]) * rate + lag
+def _off(
+    joints: np.ndarray, known: np.ndarray, rays: np.ndarray, trust: np.ndarray, frames: np.ndarray
+) -> np.ndarray:
+    """(..., N) how far joints (N, J, 3), in statures, are off the rays of frames (..., N), in statures; of a pose that
+    fits nowhere before the camera a whole stature, NaN for too few joints.
 
-    def off(self, frames: np.ndarray) -> np.ndarray:
-        """(..., N) how far poses are off the rays of these frames (..., N), in statures; of one that fits nowhere
-        before the camera a whole stature, NaN for too few joints."""
-        rays, trust = self._rays(frames.ravel())
-        joints = np.tile(self.joints, (frames.size // len(self.joints), 1, 1))
-        compared = (is_finite(rays) & is_finite(joints)).sum(axis=1) >= FEWEST
-        square = (off_rays(rays, joints, trust) ** 2).sum(axis=-1)
-        count = np.isfinite(square).sum(axis=1)
-        off = np.where(count > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(count, 1)), 1.0)
-        return np.where(compared, off, np.nan).reshape(frames.shape)
-
-    def _rays(self, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N, J, 2) rays of these frames and (N, J) the trust in them; between two of the keypoints' rows on a line,
-        NaN where there are none."""
-        after = np.searchsorted(self.frames, frames).clip(1, max(len(self.frames) - 1, 1))
-        before = after - 1
-        share = (frames - self.frames[before]) / (self.frames[after] - self.frames[before])
-        inside = (share >= -1e-9) & (share <= 1 + 1e-9)
-        share = share.clip(0, 1)[:, None, None]
-        rays = np.where(share == 0, self.rays[before], np.where(share == 1, self.rays[after], np.nan))
-        rays = np.where(np.isnan(rays), (1 - share) * self.rays[before] + share * self.rays[after], rays)
-        rays[~inside] = np.nan
-        return rays, np.minimum(self.trust[before], self.trust[after])
+    known: (S,) frames of the rays (S, J, 2) and the trust (S, J) in them. Between two of them rays are on a line, and
+    NaN where there are none.
+    """
+    every = frames.ravel()
+    after = np.searchsorted(known, every).clip(1, max(len(known) - 1, 1))
+    before = after - 1
+    share = (every - known[before]) / (known[after] - known[before])
+    inside = (share >= -1e-9) & (share <= 1 + 1e-9)
+    share = share.clip(0, 1)[:, None, None]
+    there = np.where(share == 0, rays[before], np.where(share == 1, rays[after], np.nan))
+    there = np.where(np.isnan(there), (1 - share) * rays[before] + share * rays[after], there)
+    there[~inside] = np.nan
+    poses = np.tile(joints, (len(every) // len(joints), 1, 1))
+    compared = (is_finite(there) & is_finite(poses)).sum(axis=1) >= FEWEST
+    square = (off_rays(there, poses, np.minimum(trust[before], trust[after])) ** 2).sum(axis=-1)
+    count = np.isfinite(square).sum(axis=1)
+    off = np.where(count > 0, np.sqrt(np.nansum(square, axis=1) / np.maximum(count, 1)), 1.0)
+    return np.where(compared, off, np.nan).reshape(frames.shape)
