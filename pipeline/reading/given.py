@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -72,23 +72,36 @@ def poses_given(values: Any, meaning: Meaning, fps: float | None = None, told: T
         poses = values if fps is None else timed(values, fps)
         whole = poses.layout.is_body and poses.frame.dims == 3
         return guarded(poses, told.handedness, "The poses", told.check) if whole else poses
-    source = source_of_poses(values, meaning, told)
+    source = source_of("poses", values, meaning, told)
     return source.normalised(source.people[0], fps, told)
 
 
-def source_of_poses(given: Any, meaning: Meaning, told: Told) -> Source:
-    """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`.
-    InputError as of `poses_given`, and for keypoints."""
-    people = _people(given, meaning, "poses in 3D") or (_poses(given, meaning, told),)
-    return _source("poses", people)
+def source_of(
+    role: Literal["poses", "keypoints"], given: Any, meaning: Meaning, told: Told = SILENT
+) -> Source:
+    """In-memory poses or keypoints of everybody as those of a file: what `read` or `read_all` gives, or an array of one
+    person.
+
+    poses: as of `poses_given`. keypoints: (T, K, 2) or, with scores, (T, K, 3), in pixels of the image, of whose
+    meaning only the joints count: None for the usual ones of so many. InputError for another shape, another order of
+    joints, nobody, and the one in place of the other.
+    """
+    people = [given] if isinstance(given, PoseSequence) else given
+    if isinstance(people, Sequence) and people and all(isinstance(each, PoseSequence) for each in people):
+        meaning.refuse()
+        if any((person.frame.family == "image") != (role == "keypoints") for person in people):
+            raise InputError(
+                "wrong-content",
+                f"Expected {role}, got others; give 3D poses as poses, 2D keypoints as keypoints.",
+            )
+    else:
+        people = [_poses(given, meaning, told) if role == "poses" else _keypoints(given, meaning.joints)]
+    digest = hashlib.sha256(b"".join(person.joints.tobytes() for person in people)).hexdigest()
+    return Source(Path(f"{role} in memory"), "memory", tuple(people), f"The {role} in memory", digest)
 
 
-def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
-    """In-memory keypoints as those of a file: an array (T, K, 2) or, with scores, (T, K, 3), in pixels of the image, or
-    what `read` or `read_all` gives. joints: the layout; None for the usual one of so many joints. InputError for
-    another shape, another order of joints, and nobody."""
-    if people := _people(given, Meaning(joints=joints), "keypoints in 2D"):
-        return _source("keypoints", people)
+def _keypoints(given: Any, joints: Layout | str | None) -> PoseSequence:
+    """An array in the layout that it is said to have, as an adapter gives keypoints."""
     where = "The array of keypoints"
     points = numbers(given, "the array of keypoints")
     if points.ndim != 3 or points.shape[2] not in (2, 3) or not points.size:
@@ -109,7 +122,7 @@ def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
     xy, scores = xy[:, : len(layout)], np.clip(scores[:, : len(layout)], 0, 1)
     rows = np.flatnonzero(np.isfinite(xy).any(axis=(1, 2)))
     numbered: dict[str, Any] = {} if len(rows) == len(xy) else {"frame_index": rows}
-    return _source("keypoints", (PoseSequence(xy[rows], layout, IMAGE, scores[rows], **numbered),))
+    return PoseSequence(xy[rows], layout, IMAGE, scores[rows], **numbered)
 
 
 def layout_in_2d(count: int, joints: Layout | str | None, where: str) -> Layout:
@@ -144,26 +157,6 @@ def _poses(values: Any, meaning: Meaning, told: Told) -> PoseSequence:
         check_order(joints, layout, f"{where}: ", 'joints="{}"')
     made_by = MadeBy("estimated") if frame.family == "camera" else UNSAID
     return PoseSequence(joints, layout, frame, made_by=made_by)
-
-
-def _people(given: Any, meaning: Meaning, what: str) -> tuple[PoseSequence, ...]:
-    """Everybody of what `read` or `read_all` gives; nobody of other things. InputError where a meaning is told, too, or
-    they are not what is expected, "poses in 3D" or "keypoints in 2D"."""
-    people = [given] if isinstance(given, PoseSequence) else given
-    if not isinstance(people, Sequence) or not all(isinstance(person, PoseSequence) for person in people):
-        return ()
-    if people:
-        meaning.refuse()
-    if any(f"{person.frame.dims}D" not in what for person in people):
-        raise InputError(
-            "wrong-content", f"Expected {what}, got others; give poses as poses, keypoints as keypoints."
-        )
-    return tuple(people)
-
-
-def _source(role: str, people: tuple[PoseSequence, ...]) -> Source:
-    digest = hashlib.sha256(b"".join(person.joints.tobytes() for person in people)).hexdigest()
-    return Source(Path(f"{role} in memory"), "memory", people, f"The {role} in memory", digest)
 
 
 def numbers(values: Any, what: str) -> np.ndarray:

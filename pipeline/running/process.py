@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from ..core.errors import InputError
 from ..core.layouts import Layout
 from ..core.take import Take
-from ..reading.given import Meaning, source_of_keypoints, source_of_poses
+from ..reading.given import Meaning, source_of
 from ..reading.settings import RunOptions
 from .plan import planned
 from .recipe import Recipe
@@ -57,7 +57,7 @@ def process(
             "bad-value",
             f"Expected video as the path of a file, got {type(video).__name__}; of images in memory give keypoints.",
         )
-    given = {"poses": poses, "keypoints": keypoints}
+    given: dict[Literal["poses", "keypoints"], Any] = {"poses": poses, "keypoints": keypoints}
     files = {role: each for role, each in given.items() if isinstance(each, str | Path)}
     networks = {"detect": detect, "lift": lift}
     functions = {stage: network for stage, network in networks.items() if callable(network)}
@@ -65,11 +65,12 @@ def process(
     path, recipe = (None, recipe) if isinstance(recipe, Recipe) else (recipe, None)
     run_options = RunOptions(video=video, recipe=path, **files, **names, **options)
     meaning = Meaning(axes, joints, unit)
-    in_memory = {}
-    if poses is not None and "poses" not in files:
-        in_memory["poses"] = source_of_poses(poses, meaning, run_options.told)
-    if keypoints is not None and "keypoints" not in files:
-        in_memory["keypoints"] = source_of_keypoints(keypoints, keypoint_joints)
+    meanings = {"poses": meaning, "keypoints": Meaning(joints=keypoint_joints)}
+    in_memory = {
+        role: source_of(role, each, meanings[role], run_options.told)
+        for role, each in given.items()
+        if each is not None and role not in files
+    }
     labels = {role: source.path for role, source in in_memory.items()}
     run_options = run_options.with_(in_memory=in_memory, **labels)
     chosen = planned(run_options, recipe)
