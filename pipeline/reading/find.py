@@ -129,7 +129,9 @@ def in_words(path: Path) -> str:
     """A clause such as "an array of shape (30, 16, 3), float32", to be read after "it is". Never raises."""
     try:
         if path.is_dir():
-            return _folder(path)
+            kinds = Counter(file.suffix or "no suffix" for file in path.iterdir() if file.is_file())
+            listed = ", ".join(f"{count} of {kind}" for kind, count in kinds.most_common(_LISTED))
+            return f"a folder of {listed}" if listed else "a folder without files"
         with path.open("rb") as file:
             start = file.read(1 << 12)
         if start.startswith(b"\x93NUMPY") or (start.startswith(b"PK") and path.suffix == ".npz"):
@@ -180,12 +182,6 @@ def why_no_input(path: Path, gives: str | None) -> str:
     flag = "" if gives in (None, "keypoints") else "--keypoints "
     also = f", or its 2D keypoints: {flag}{keypoints}" if keypoints.is_file() else ""
     return f"{path} is a result of pcnet3d{shown}; give the file that it was made from{also}."
-
-
-def _folder(path: Path) -> str:
-    kinds = Counter(file.suffix or "no suffix" for file in path.iterdir() if file.is_file())
-    listed = ", ".join(f"{count} of {kind}" for kind, count in kinds.most_common(_LISTED))
-    return f"a folder of {listed}" if listed else "a folder without files"
 
 
 def _arrays(path: Path) -> str:

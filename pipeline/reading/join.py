@@ -19,7 +19,7 @@ from ..core.take import Video
 from ..files.atomic import printable
 from ..files.digest import sha256
 from ..signals.filters import nearest_row, rate
-from .bounds import check_fps, check_times, rate_doubts
+from .bounds import check_fps, check_image_size, check_times, rate_doubts
 from .load import Source
 from .settings import RunOptions
 
@@ -81,7 +81,8 @@ class Files:
 
     def joined(self, poses: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
         """One person's, with numbers of video frames and seconds, and what is doubtful of the rate. InputError where
-        the files do not go together, or nothing tells which frames the rows are, or when they were taken."""
+        the files do not go together, or nothing tells which frames the rows are, or when they were taken, and for
+        keypoints outside their image."""
         poses, keypoints, numbering = self._numbered(poses, keypoints)
         lead = poses or keypoints
         assert lead is not None
@@ -91,6 +92,8 @@ class Files:
         doubts = self._doubts(keypoints if keypoints and lead.time_s is None else lead)
         lead = self._timed(self.lead.path, lead, keypoints)
         check_times(lead.times, str(self.lead.path))
+        if keypoints is not None:
+            check_image_size(keypoints, self.image_size)
         if poses is None:
             return None, lead, doubts
         if keypoints is not None and self.keypoints is not None:
@@ -251,9 +254,9 @@ def part_of(sequence: PoseSequence, time_range: tuple[float, float]) -> PoseSequ
     return sequence.rows(first, last + 1).noted("time range", **span)
 
 
-def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
+def coverage(lead: Rows, video: Video | None) -> list[Notice]:
     """A note when the data end well before the video does, or the part of it that was asked for."""
-    if video is None:
+    if lead is None or video is None:
         return []
     begin, end = video.span
     first, last = lead.frame_index[[0, -1]]
@@ -264,4 +267,5 @@ def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
 
 
 def span_of(start: float, end: float) -> str:
+    """Seconds in words."""
     return f"{start:.2f} s on" if end == np.inf else f"{start:.2f} to {end:.2f} s"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from ..files.atomic import printable
 from ..files.detections import FEWEST_FRAMES
 from ..signals.altered import alterations, altered, without_altered
 from .again import rejoined
-from .bounds import check_image_size, check_times
+from .bounds import check_times
 from .choose import RANKS, choose_detected, choose_person, listed_people
 from .exchanged import treated
 from .findings import findings_of
@@ -140,11 +141,10 @@ def _joined(files: Files, poses: Rows, keypoints: Rows) -> Take:
     doubts, part = list[Notice](), list[Notice]()
     if poses or keypoints:
         poses, keypoints, doubts = files.joined(poses, keypoints)
-    if keypoints is not None:
-        check_image_size(keypoints, files.image_size)
     strange = _misfit(files, poses, keypoints)
-    people = files.poses.people if files.poses and poses else ()
-    source = next((person for person in people if poses and person.person == poses.person), None)
+    source = (
+        files.poses and poses and next(each for each in files.poses.people if each.person == poses.person)
+    )
     if (asked := options.time_range) is not None:
         lead = poses or keypoints
         whole = files.video_seconds if lead is None or video is not None else lead.times
@@ -161,14 +161,12 @@ def _joined(files: Files, poses: Rows, keypoints: Rows) -> Take:
         *part,
         *(video.doubts if video else ()),
         *doubts,
-        *(_doubts(lead, keypoints, video) if lead else ()),
+        *_doubts(lead, keypoints, video),
         *strange,
         *changed,
-        *(coverage(lead, video) if lead else ()),
+        *coverage(lead, video),
         *swapped,
     )
-    rows_of = {"poses": poses, "keypoints": keypoints}
-    whose = [rows_of.get(entry["role"]) for entry in files.inputs]
     return Take(
         name=printable((options.video or files.lead.path).stem),
         video=video,
@@ -176,11 +174,7 @@ def _joined(files: Files, poses: Rows, keypoints: Rows) -> Take:
         poses=poses,
         findings=None if poses is None else findings_of(poses, source, swaps),
         notices=without_doubles(notices),
-        inputs=tuple(
-            entry
-            | ({"person": rows.person, "history": [asdict(step) for step in rows.history]} if rows else {})
-            for entry, rows in zip(files.inputs, whose, strict=True)
-        ),
+        inputs=_provenance(files, poses=poses, keypoints=keypoints),
         session=options.session,
         told=options.told,
     )
@@ -191,8 +185,18 @@ def _misfit(files: Files, poses: Rows, keypoints: Rows) -> list[Notice]:
     if poses is None or keypoints is None or poses.frame.family != "camera":
         return []
     fit = together(poses, keypoints, files.image_size, files.options.focal)
-    misfit = None if fit is None else fit.notice()
+    misfit = fit and fit.notice()
     return [misfit] if misfit else []
+
+
+def _provenance(files: Files, **people: Rows) -> tuple[dict[str, Any], ...]:
+    """The files, and of those of people whom it is and what was done to them."""
+    return tuple(
+        entry | {"person": rows.person, "history": [asdict(step) for step in rows.history]}
+        if (rows := people.get(entry["role"]))
+        else entry
+        for entry in files.inputs
+    )
 
 
 def _without_altered(poses: Rows, source: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
@@ -257,8 +261,10 @@ def _tracks(files: Files, file: Source) -> tuple[PoseSequence, ...]:
     return rejoined(file.people, video) if within else file.people
 
 
-def _doubts(lead: PoseSequence, keypoints: Rows, video: Video | None) -> list[Notice]:
+def _doubts(lead: Rows, keypoints: Rows, video: Video | None) -> list[Notice]:
     """Warnings about data that should not be believed as they are. keypoints: the lead, or those beside it."""
+    said = [each for rows in (lead, keypoints) if rows for each in rows.notices]
     beside = video is not None or (keypoints is not None and keypoints is not lead)
-    unknown = (notice("frames-not-numbered", weight="warning"),) if beside and not lead.frames_known else ()
-    return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
+    if lead is not None and beside and not lead.frames_known:
+        said.append(notice("frames-not-numbered", weight="warning"))
+    return said

@@ -82,17 +82,20 @@ def together(
     if (0, 1.0) not in offs:
         return None
     lag, rate = min(offs, key=lambda way: (offs[way], abs(way[1] - 1), abs(way[0])))
-    numbered, best = by_way[0, 1.0], by_way[lag, rate]
-    gain = (numbered - best)[np.isfinite(numbered - best)]
-    fewest, count = limit("keypoints-not-of-poses.parts")
-    parts = sum(bool(part.mean() > 0) for part in np.array_split(gain, count) if len(part))
     off, least = offs[0, 1.0], offs[lag, rate]
-    better = off > limit("keypoints-not-of-poses.better") * least and parts >= fewest
-    elsewhere = better and (abs(lag) > 1 or rate != 1)
+    better = off > limit("keypoints-not-of-poses.better") * least
+    elsewhere = (abs(lag) > 1 or rate != 1) and better and _throughout(by_way[0, 1.0] - by_way[lag, rate])
     usual = limit("keypoints-not-of-poses.off" if image_size else "keypoints-not-of-poses.off-unsized")
     anybodys = _median(off_at(np.roll(at, len(at) // 2)))  # of the keypoints half a take later
     most_off = max(usual, limit("keypoints-not-of-poses.anybodys") * anybodys)
     return Fit(off, least if elsewhere else None, lag, rate, most_off)
+
+
+def _throughout(gain: np.ndarray) -> bool:
+    """Whether something is gained (N,) in nearly every part of the take."""
+    fewest, count = limit("keypoints-not-of-poses.parts")
+    parts = np.array_split(gain[np.isfinite(gain)], count)
+    return sum(bool(part.mean() > 0) for part in parts if len(part)) >= fewest
 
 
 def _median(off: np.ndarray) -> float:

@@ -73,12 +73,7 @@ def process(
     }
     labels = {role: source.path for role, source in in_memory.items()}
     run_options = run_options.with_(in_memory=in_memory, **labels)
-    chosen = planned(run_options, recipe)
-    for stage, function in functions.items():
-        if not chosen.has(stage):
-            others = "keypoints and poses" if stage == "detect" else "poses"
-            raise InputError("option-conflict", f"{stage} is for a run without {others}; leave it out.")
-        chosen = chosen.with_options(stage, **{_OPTION[stage]: function})
+    chosen = _with_functions(planned(run_options, recipe), functions)
     if "poses" not in in_memory:
         if "lift" in functions and unit is not None:
             chosen, meaning = chosen.with_options("lift", unit=unit), replace(meaning, unit=None)
@@ -99,3 +94,13 @@ def process(
             "option-conflict", "Without output no files are written: give it, or leave also out."
         )
     return run_in_memory(run_options, chosen)
+
+
+def _with_functions(recipe: Recipe, functions: dict[str, Any]) -> Recipe:
+    """With functions, by the stage whose network they replace."""
+    for stage, function in functions.items():
+        if not recipe.has(stage):
+            others = "keypoints and poses" if stage == "detect" else "poses"
+            raise InputError("option-conflict", f"{stage} is for a run without {others}; leave it out.")
+        recipe = recipe.with_options(stage, **{_OPTION[stage]: function})
+    return recipe
