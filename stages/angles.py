@@ -11,8 +11,14 @@ import numpy as np
 from ..models.angle_error.disagreement import by_disagreement, far_off
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, made_by_the_built_in, read_noise, shipped_noise
-from ..models.angle_error.off_keypoints import widened, without_exchanged
-from ..models.angle_error.take_angles import AngleSeries, angle_rates, angle_series, in_reference
+from ..models.angle_error.take_angles import (
+    AngleSeries,
+    angle_rates,
+    angle_series,
+    in_reference,
+    widened,
+    without_exchanged,
+)
 from ..models.common.motion import in_doubt
 from ..models.common.residuals import limb_scores, residuals_of
 from ..models.lifter.builtin import close_networks

@@ -12,8 +12,7 @@ import numpy as np
 from ..models import load_lifter, load_rectifier
 from ..models.detector.leaps import exchanges
 from ..models.gravity.evidence import told_up
-from ..models.gravity.levelling import known_up
-from ..models.gravity.moving import known_moving_up
+from ..models.gravity.levelling import known_moving_up, known_up
 from ..models.lifter.builtin import KIND
 from ..models.lifter.keypoints import visible_only
 from ..models.lifter.otherwise import otherwise_better

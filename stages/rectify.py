@@ -18,9 +18,9 @@ from ..models.gravity.levelling import (
     level_people,
     level_static,
     level_world,
+    timed,
     why_not,
 )
-from ..models.gravity.moving import timed
 from ..models.gravity.votes import PersonFrames, take_rotation
 from ..models.rectifier.load import Checked, load_rectifier
 from ..pipeline.core.camera import Camera as View

@@ -7,8 +7,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import COCO17, COCO23, HALPE26, Layout
 from ..common.onnx import OnnxFile
-from .crops import Crop, around, box_around, fitted
-from .protocols import Found
+from .protocols import Crop, Found, around, box_around, fitted
 
 _JOINT_SEEN = 0.2  # score from which a joint counts as seen, of the published recipe
 _HIPS = COCO17.indices(("l_hip", "r_hip"))

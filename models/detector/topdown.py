@@ -14,8 +14,7 @@ from functools import partial
 import numpy as np
 
 from ...pipeline.core.layouts import Layout
-from .crops import Crop, around, fitted
-from .protocols import LOST, CropNetwork, Found, PersonNetwork
+from .protocols import LOST, Crop, CropNetwork, Found, PersonNetwork, around, fitted
 
 _FOUND = 0.5  # as sure as this of a second look, somebody was found
 _HINT = 0.1  # as sure as this, a first look is worth a second

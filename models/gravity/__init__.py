@@ -2,7 +2,7 @@
 
 `evidence` is what any source says about up, and what all say together: `votes` asks a rectifier about a person's
 frames, as many as inform, and pools them, `floor` reads it off feet that stand, `images` off an image's straight lines,
-to which it fits the directions of a built world, `view` does it for a video. `moving` does it for each frame of a
-camera that moves. `levelling` makes a take of it, or several people's, and says what a lift may rest on; `live` does it
-while the camera runs.
+to which it fits the directions of a built world, `view` does it for a video. `levelling` makes a
+take of it, of a camera that stands still or moves, or several people's, and says what a lift may rest on; `live` does
+it while the camera runs.
 """

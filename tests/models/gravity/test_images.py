@@ -14,8 +14,7 @@ from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity import levelling, moving
 from pcnet3d.models.gravity.evidence import TakeUp
 from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
-from pcnet3d.models.gravity.levelling import known_up
-from pcnet3d.models.gravity.moving import known_moving_up, timed, with_looks
+from pcnet3d.models.gravity.levelling import known_moving_up, known_up, timed, with_looks
 from pcnet3d.models.gravity.view import ASSUMED_FOCAL_SD, known_camera, moving_camera, static_camera
 from pcnet3d.models.gravity.votes import USUAL_SPREAD, PersonFrames
 from pcnet3d.pipeline import InputError, PoseSequence

@@ -19,10 +19,10 @@ from pcnet3d.models.gravity.levelling import (
     level_moving,
     level_people,
     level_static,
+    sliding_up,
     upright,
     why_not,
 )
-from pcnet3d.models.gravity.moving import sliding_up
 from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD, PersonFrames
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation

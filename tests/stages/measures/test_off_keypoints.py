@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from golden.walks import unsure
-from pcnet3d.models.angle_error.off_keypoints import widened, without_exchanged
-from pcnet3d.models.angle_error.take_angles import AngleSeries
+from pcnet3d.models.angle_error.take_angles import AngleSeries, widened, without_exchanged
 from pcnet3d.models.common.motion import Motion, agrees, in_doubt, motion_of, steady
 from pcnet3d.models.common.residuals import Residuals, limb_scores
 from pcnet3d.pipeline import H36M17, Take
