@@ -38,13 +38,13 @@ def load_objects(path: Path, key: str) -> Any:
     array of shape (). InputError for an array of anything else, and for objects that would have to be called.
     """
     where = f"{path}, array '{key}'"
-    with opened(path, key) as stored:
-        if not stored.dtype.hasobject:
+    with opened(path, key) as (shape, _, dtype, stream, _):
+        if not dtype.hasobject:
             raise InputError(
                 "wrong-content",
-                f"{where}: expected Python objects, got an array of shape {stored.shape} of {stored.dtype}.",
+                f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.",
             )
-        content = stored.stream.read()
+        content = stream.read()
     return loads(content, where)
 
 
@@ -52,8 +52,8 @@ def begins(path: Path, key: str | None) -> tuple[tuple[int, ...], bytes]:
     """Of an .npz's array `key`, or an .npy's without one, the shape that its header says, and of Python objects the
     first 64 KB of their pickle; () and none where it cannot be read. Never raises."""
     try:
-        with opened(path, key) as stored:
-            return stored.shape, stored.stream.read(_BEGINNING) if stored.dtype.hasobject else b""
+        with opened(path, key) as (shape, _, dtype, stream, _):
+            return shape, stream.read(_BEGINNING) if dtype.hasobject else b""
     except InputError:
         return (), b""
 

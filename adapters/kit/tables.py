@@ -11,10 +11,8 @@ import csv
 import re
 from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
@@ -93,15 +91,12 @@ class Header:
 
 def header_of(path: Path, names: Names = lambda width: None) -> Header | None:
     """What the first lines of a text say of a table of points; None for anything else. Never raises."""
-    try:
-        lines = first_lines(path, _PEEK_BYTES)
-        header = _header(lines, names)
-        if header is None or header.label is None:
-            return header
-        rows = (_cells(line, header.delimiter) for line in lines[header.lines : -1] if line.strip())
-        return replace(header, labels=frozenset(_row_label(row, header) for row in rows))
-    except csv.Error:
-        return None
+    lines = first_lines(path, _PEEK_BYTES)
+    header = _header(lines, names)
+    if header is None or header.label is None:
+        return header
+    rows = (_cells(line, header.delimiter) for line in lines[header.lines : -1] if line.strip())
+    return replace(header, labels=frozenset(_row_label(row, header) for row in rows))
 
 
 def read_points(
@@ -117,7 +112,7 @@ def read_points(
     InputError, saying that `what` was expected, for what is no table of points, for a cell that is no number, and as
     for `Moments`.
     """
-    with _table(path, what) as file:
+    with opened_text(path, what) as file:
         header = _header([file.readline(_PEEK_BYTES) for _ in range(len(_STACKED) + 1)], names)
         if header is None:
             raise InputError(
@@ -135,36 +130,26 @@ def read_points(
             and any(map(str.strip, row))
             and all(_cell(row, column) in cells for column, cells in wanted.items())
         )
-        return _read(kept, header, Moments(str(path), recording))
-
-
-@contextmanager
-def _table(path: Path, what: str) -> Iterator[TextIO]:
-    """A text, opened; InputError, saying that `what` was expected, when it is none or no table."""
-    try:
-        with opened_text(path, what) as file:
-            yield file
-    except csv.Error:
-        raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
-        ) from None
+        try:
+            return _read(kept, header, Moments(str(path), recording))
+        except csv.Error:
+            raise InputError(
+                "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
+            ) from None
 
 
 def column_names(path: Path) -> list[str]:
     """The names in lower case, by the first line that is no comment (#); none of anything else. Never raises."""
     lines = (line for line in first_lines(path, _PEEK_BYTES) if line.strip() and not line.startswith("#"))
     first = next(lines, "")
-    try:
-        return [name.lower() for name in _cells(first, _delimiter(first))]
-    except csv.Error:
-        return []
+    return [name.lower() for name in _cells(first, _delimiter(first))]
 
 
 def read_columns(path: Path, what: str, wanted: Sequence[str]) -> dict[str, np.ndarray]:
     """Columns of numbers (T,) by their lower-case names, those of `wanted` that are there, NaN where a cell is missing.
     Lines that begin with # are comments. InputError, saying that `what` was expected, for a cell that is no number."""
     names = column_names(path)
-    with _table(path, what) as file:
+    with opened_text(path, what) as file:
         lines = [(at, line) for at, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
         delimiter = _delimiter(lines[0][1]) if lines else ","
         rows = [(f"{path}, line {at}", _cells(line, delimiter)) for at, line in lines[1:]]
@@ -197,7 +182,12 @@ def _delimiter(line: str) -> str:
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+    """None of a line that no table has."""
+    try:
+        row = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    except csv.Error:
+        return []
+    return [cell.strip() for cell in row]
 
 
 def _is_number(cell: str) -> bool:

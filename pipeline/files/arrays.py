@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from .atomic import whole_file
 from .unpacked import check_size
 
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
+Stored = tuple[tuple[int, ...], bool, np.dtype, IO[bytes], int]
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 # What the parsers of zip archives and npy headers raise on damaged bytes.
@@ -191,20 +192,11 @@ def _check_archive(path: Path, names: Iterable[str]) -> None:
     check_size(size, path.stat().st_size, "an archive")
 
 
-class Stored(NamedTuple):
-    """An array in npy format as its header says it is, whether its first index runs fastest, and the bytes behind the
-    header, with how many there are."""
-
-    shape: tuple[int, ...]
-    fortran_order: bool
-    dtype: np.dtype
-    stream: IO[bytes]
-    size: int
-
-
 @contextmanager
 def opened(path: Path, key: str | None) -> Iterator[Stored]:
-    """One array of a file. InputError when it is not there, not single, or damaged, also while the block runs."""
+    """Of one array of a file what its header says, shape, whether the first index runs fastest, and type; and the bytes
+    behind it, with how many there are. InputError when it is not there, not single, or damaged, also while the block
+    runs."""
     with damage_reported(path):
         if _is_archive(path):
             held = keys(path)
@@ -232,10 +224,8 @@ def opened(path: Path, key: str | None) -> Iterator[Stored]:
 def _stored(stream: IO[bytes], size: int) -> Stored:
     form = np.lib.format
     first = form.read_magic(stream) == (1, 0)
-    shape, fortran_order, dtype = (form.read_array_header_1_0 if first else form.read_array_header_2_0)(
-        stream
-    )
-    return Stored(shape, fortran_order, dtype, stream, size - stream.tell())
+    header = (form.read_array_header_1_0 if first else form.read_array_header_2_0)(stream)
+    return *header, stream, size - stream.tell()
 
 
 @contextmanager
