@@ -8,7 +8,6 @@ seen are at 0, 0.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -44,18 +43,6 @@ def read(
     takes those of its video, or of read.image_size. Raises InputError when the files are of another form.
     """
     sightings = People(str(path))
-    for frame, values, person in _folder(path):
-        points = in_pixels(values[:, :2], image_size, str(path))
-        sightings.add(frame, points, values[:, 2], None if track else person)
-    return sightings.keypoints()
-
-
-def _files(path: Path) -> list[Path]:
-    return sorted(file for file in path.glob("*.txt") if _NUMBER.search(file.stem))
-
-
-def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
-    """Frame from 0, points (17, 3) in shares of the image with scores, and track of everybody."""
     for number, file in numbered_files(path, _files(path), "the texts of one video"):
         lines = whole_text(file, "people of one frame").splitlines()
         for line, text in enumerate(filter(str.strip, lines), 1):
@@ -70,6 +57,12 @@ def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
                     f"{text!r:.60}.",
                 )
             columns = 2 if len(values) == _COUNTS[0] else 3
-            points = np.full((_JOINTS, 3), np.nan)
-            points[:, :columns] = values[_BEFORE : _BEFORE + columns * _JOINTS].reshape(_JOINTS, columns)
-            yield number - 1, points, f"{values[-1]:.0f}" if len(values) == _COUNTS[2] else None
+            points = values[_BEFORE : _BEFORE + columns * _JOINTS].reshape(_JOINTS, columns)
+            scores = points[:, 2] if columns == 3 else None
+            person = None if track or len(values) < _COUNTS[2] else f"{values[-1]:.0f}"
+            sightings.add(number - 1, in_pixels(points[:, :2], image_size, str(path)), scores, person)
+    return sightings.keypoints()
+
+
+def _files(path: Path) -> list[Path]:
+    return sorted(file for file in path.glob("*.txt") if _NUMBER.search(file.stem))

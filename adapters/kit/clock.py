@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from .json import field, frame_number
@@ -244,21 +245,16 @@ class Moments:
 
     def _numbered(self, values: Sequence[Any]) -> np.ndarray:
         """Numbers of images by their names. InputError for one that has none, and for two images of one number."""
-        names: dict[int, str] = {}
-        folder: str | None = None
-        for value in values:
-            number, text = frame_number(value, self._where), str(value)
-            parent = text.replace("\\", "/").rpartition("/")[0]
-            folder = parent if folder is None else folder
-            other = names.setdefault(number, text)
-            if other != text or parent != folder:
-                beside = other if other != text else next(iter(names.values()))
-                raise InputError(
-                    "files-apart",
-                    f"{self._where}: expected the images of one video, in one folder, each with a number of its own, "
-                    f"got {text} beside {beside}; keep each video's keypoints in a file of their own.",
-                )
-        return np.array(list(names), dtype=np.int64)
+        numbers = [frame_number(value, self._where) for value in values]
+        folders = {str(value).replace("\\", "/").rpartition("/")[0] for value in values}
+        if len(folders) > 1 or len(set(numbers)) < len(numbers):
+            raise InputError(
+                "files-apart",
+                f"{self._where}: expected the images of one video, in one folder, each with a number of its own, got "
+                f"{len(set(numbers))} numbers of {len(values)} images in {how_many(len(folders), 'folder')}; keep each "
+                "video's keypoints in a file of their own.",
+            )
+        return np.array(numbers, dtype=np.int64)
 
     def _times(self) -> tuple[str | None, np.ndarray | None]:
         """The field of the times, and seconds (M,)."""

@@ -222,10 +222,9 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     values: dict[int, _Column] = {}
     for i in coordinates:
         column = _column("_".join(part for part in plain_names[i].split("_") if part not in _LEFT_OUT))
-        shown = (
-            not world or "world" in plain_names[i] or _AXIS.get(plain_names[i].rpartition("_")[2]) == _SCORE
-        )
-        if column is not None and shown and bool(column.point) == (label is None):
+        if column is None or bool(column.point) != (label is None):
+            continue
+        if not world or "world" in plain_names[i] or column.axis == _SCORE:
             values[i] = column
     placed = {column.point for column in values.values() if column.axis != _SCORE}
     values = {i: each for i, each in values.items() if each.point in placed}  # not SLEAP's instance.score

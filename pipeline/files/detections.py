@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.frames import IMAGE
-from ..core.layouts import Layout, layout_named
+from ..core.layouts import layout_named
 from ..core.messages import how_many
 from ..core.notice_catalogue import Weight
 from ..core.notices import Notice, notice
@@ -127,35 +127,33 @@ class Detections:
 
     def people(self) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, in order of appearance."""
-        layout: Layout = layout_named(self.layout)
-        rows = {int(person): self.person == person for person in np.unique(self.person)}
-        first = {person: self.frame_index[mine][0] for person, mine in rows.items()}
-        scenes = {
-            person: int(np.searchsorted(self.cuts, frame, side="right")) for person, frame in first.items()
-        }
-        return tuple(
-            PoseSequence(
+        people, names = [], np.unique(self.person)
+        for person in names:
+            mine = self.person == person
+            scene = int(np.searchsorted(self.cuts, self.frame_index[mine][0], side="right"))
+            poses = PoseSequence(
                 joints=self.joints[mine],
-                layout=layout,
+                layout=layout_named(self.layout),
                 frame=IMAGE,
                 confidence=self.confidence[mine],
                 time_s=self.time_s[mine],
                 frame_index=self.frame_index[mine],
                 person=str(person),
-                scene=scenes[person],
+                scene=scene,
                 made_by=MadeBy("estimated", self.method),
                 detected_in=self.source.partition(" ")[0],
-            ).noted(
+            )
+            poses = poses.noted(
                 "detect",
                 detector=self.method,
-                people=len(rows),
+                people=len(names),
                 cuts=len(self.cuts),
-                scene=scenes[person],
+                scene=scene,
                 frames_seen=self.frames_seen,
                 frames=self.frames,
             )
-            for person, mine in rows.items()
-        )
+            people.append(poses)
+        return tuple(people)
 
     def save(self, path: Path) -> None:
         """Write them as plain arrays; all of the file or none."""

@@ -14,7 +14,7 @@ from ..core.layouts import H36M17
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy
 from .arrays import keys, load, load_all
-from .c3d import C3d, parse, texts
+from .c3d import parse, texts
 from .skeletons import SMPL
 
 C3D_GROUP = "PCNET3D"  # of parameters: the provenance, in our own C3D files
@@ -160,28 +160,18 @@ def read_c3d(path: Path) -> Markers:
             f"{how_many(file.points.shape[1], 'point')} and their rate, got "
             f"{how_many(len(names), 'name')} and {file.rate_hz:g} a second.",
         )
-    begin = file.first - 1 if f"{C3D_GROUP}:PROVENANCE" in file.parameters else 0
-    numbers = begin + np.arange(len(file.points))
+    ours = f"{C3D_GROUP}:PROVENANCE" in file.parameters  # of anything; all others are motion capture's format
+    numbers = (file.first - 1 if ours else 0) + np.arange(len(file.points))
     up = "y" if parameters["Y_SCREEN"][:1] == ["+Y"] else "z"
     unit = "".join(parameters["UNITS"][:1]) or "mm"
-    return Markers(
-        names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers, _maker(file)
-    )
-
-
-def _maker(file: C3d) -> MadeBy:
-    """C3D is motion capture's format. Our own files hold what was made of anything; programs that need no markers name
-    themselves."""
-    if f"{C3D_GROUP}:PROVENANCE" in file.parameters:
-        return UNSAID
-    program = " ".join(
-        word.strip()
-        for name in ("SOFTWARE", "COMPANY")
-        for word in texts(file.parameters, f"MANUFACTURER:{name}")[:1]
-    ).strip()
-    if any(word in program.lower() for word in _MARKERLESS):
-        return MadeBy("estimated", program)
-    return MadeBy("measured", program or "motion capture (C3D)")
+    says = (texts(file.parameters, f"MANUFACTURER:{name}")[:1] for name in ("SOFTWARE", "COMPANY"))
+    program = " ".join(word.strip() for words in says for word in words).strip()
+    made_by = MadeBy("measured", program or "motion capture (C3D)")
+    if any(word in program.lower() for word in _MARKERLESS):  # programs that need no markers name themselves
+        made_by = MadeBy("estimated", program)
+    made_by = UNSAID if ours else made_by
+    points = file.points.astype(np.float64)
+    return Markers(names, points, numbers / file.rate_hz, unit, up, numbers, made_by)
 
 
 def z_up(joints: np.ndarray, up: Up) -> np.ndarray:

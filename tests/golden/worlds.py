@@ -34,10 +34,10 @@ def y_up(points: np.ndarray) -> np.ndarray:
     return points[..., [1, 2, 0]]
 
 
-def trc(path, names, points, first=0, fps=30, units="m", said=None):
+def trc(path, names, points, first=0, fps=30, units="m"):
     """The five header lines and rows of Pose2Sim's triangulation; a NaN is an empty cell."""
     header = [
-        f"PathFileType\t4\t(X/Y/Z)\t{said or path.name}",
+        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
         f"{fps}\t{fps}\t{len(points)}\t{len(names)}\t{units}\t{fps}\t{first}\t{len(points)}",
         "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
