@@ -8,7 +8,7 @@ built-in one are those of other packages and files, or simulated.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -232,8 +232,11 @@ def finished(
 ) -> Iterator[Finished]:
     """Every take of these people, or of the sets given, after a run; only: which of them. InputError where the data is
     not, and for a lifter that cannot be opened."""
-    pipeline, filmed = recipe_of(asked).build(), real_takes(asked.real) if asked.real else None
-    if filmed is None:
+    pipeline = recipe_of(asked).build()
+    filmed: Iterable[tuple[str, SeenTake, Video | None]]
+    if asked.real:
+        filmed = real_takes(asked.real)
+    else:
         sets = asked.sets if sets is None else sets
         filmed = ((of.label, truth, None) for of in sets for truth in seen_takes(asked, of, only))
     for label, truth, video in filmed:

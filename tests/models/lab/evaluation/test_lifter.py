@@ -26,6 +26,13 @@ def of(joints, fps=FPS):
     return {name for name, mask in classes.items() if mask.all()}
 
 
+@pytest.mark.parametrize(("speed", "name"), [(0.35, set()), (1.2, {"walking"}), (2.1, set())])
+def test_speed_over_the_floor(standing, speed, name):
+    for fps in (30.0, 120.0):
+        moving = standing + np.arange(60)[:, None, None] / fps * np.array([speed, 0, 0])
+        assert of(moving, fps) == name
+
+
 def low_with_feet(standing, ahead_m):
     """Thighs forward and level, the feet 0.4 m under the hips and so far ahead of them."""
     pose = standing.copy()

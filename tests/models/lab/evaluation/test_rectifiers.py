@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import runs as evaluation_sets
 from pcnet3d.models.lab.evaluation.evaluate import tabled
-from pcnet3d.models.lab.evaluation.rectifiers import clean_takes, judge, rows, summary
+from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, rows, summary
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
 
@@ -52,6 +52,17 @@ def test_the_truth_has_no_error_and_a_known_error_is_measured(take):
     assert figures["frobenius"].mean == pytest.approx(chord, abs=1e-3)
     assert figures["mpjpe"].mean > 5
     assert figures["pa_mpjpe"].mean < 1e-3
+
+
+def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
+    noisy = take.truth + np.random.default_rng(0).normal(0, 0.03, take.truth.shape)
+    smaller, worse = (
+        summary(judge(Fixed(take.R, np.zeros(40)), [Take(joints, take.truth, take.R, take.lying)]))
+        for joints in (0.5 * take.truth, noisy)
+    )
+    assert smaller["mpjpe"].p95 < 1e-3  # the scale is brought to the truth's
+    assert worse["rotation"].p95 < 1e-3
+    assert 20 < worse["pa_mpjpe"].mean < worse["mpjpe"].mean < 70
 
 
 def test_the_tables_of_several_rectifiers(clip, monkeypatch):
