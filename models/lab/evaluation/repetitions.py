@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.take import Take
 from ..common.metrics import Row
 from .runs import Configuration, EvaluationSet, finished
 
@@ -55,13 +54,8 @@ def summary(values: list[Series]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def found_in(take: Take, movement: str) -> Spans:
-    """(begin, end) in seconds of a movement such as "knee_bends" or "arm_raises.left" in a take's measures."""
-    return take.figures.group(*movement.split(".")).spans
-
-
 def judge(labelled: Spans, found: Spans) -> Series:
-    """A labelled movement is found by the one that shares the most time with it."""
+    """(begin, end) in seconds of one movement. A labelled one is found by the one that shares the most time with it."""
     off_s = []
     for begin, end in labelled:
         shared = [min(end, stop) - max(begin, start) for start, stop in found]
@@ -84,6 +78,7 @@ def rows(asked: Configuration) -> Iterator[Row]:
     for poses, how in (("captured", Configuration(lifter="", up_told=True)), *lifted):
         for one in finished(how, _SETS, lambda clip: clip.name in labels):
             for movement, labelled in labels[one.truth.clip].items():
-                series = judge(labelled, [] if one.take is None else found_in(one.take, movement))
-                yield ("judged", poses, movement.split(".")[0]), series
+                names = movement.split(".")  # such as "knee_bends" or "arm_raises.left"
+                series = judge(labelled, [] if one.take is None else one.take.figures.group(*names).spans)
+                yield ("judged", poses, names[0]), series
                 yield ("judged", poses, "all"), series

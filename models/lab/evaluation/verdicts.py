@@ -16,22 +16,19 @@ import numpy as np
 
 from ....pipeline.core.notices import verdict
 from ....pipeline.core.rotations import is_finite
-from ....pipeline.core.take import Take
 from ...common.metrics import rigid_error
 from ..common.metrics import Figure, Row, person_size
 from ..mocap.clips import Clip
-from .runs import Configuration, finished
-from .testbed import SeenTake
+from .runs import Configuration, Finished, finished
 
 FAR_MM = 100.0
 # How many times larger a detector's errors are in unusual postures, without its scores telling.
 _TIMES = (1.0, 3.0, 6.0)
 
 
-def error_mm(take: Take, truth: SeenTake) -> float:
+def error_mm(one: Finished) -> float:
     """Mean over frames and joints, the body rotated onto the truth in each frame; NaN of a take without a whole one."""
-    poses = take.need("poses")
-    found, true = poses.joints.astype(np.float64), truth.truth[poses.frame_index].astype(np.float64)
+    found, true = one.done.need("poses").joints.astype(np.float64), one.truth.truth[one.rows]
     whole = is_finite(found).all(axis=1) & is_finite(true).all(axis=1)
     if not whole.any():
         return float("nan")
@@ -47,7 +44,7 @@ def rows(asked: Configuration) -> Iterator[Row]:
             return zlib.crc32(clip.name.encode()) % len(_TIMES) == number
 
         for one in finished(replace(asked, image=True, unsuspected=times), only=has_keypoints):
-            if one.take is not None and np.isfinite(mm := error_mm(one.take, one.truth)):
+            if one.take is not None and np.isfinite(mm := error_mm(one)):
                 yield ("verdicts", verdict(one.take.judged)), mm
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from pcnet3d.models.lab.evaluation.repetitions import LABELS, found_in, judge, summary
+from pcnet3d.models.lab.evaluation.repetitions import LABELS, judge, summary
 from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, finished
 
 TAKES = ("14_04", "14_05", "118_03", "118_06", "118_10", "118_30")  # raises of an arm, knee bends
@@ -25,7 +25,7 @@ def test_labelled_movements_of_real_people_are_counted():
     assert {one.truth.clip for one in takes} == set(TAKES)
     row = summary(
         [
-            judge(labelled, found_in(one.take, movement))
+            judge(labelled, one.take.figures.group(*movement.split(".")).spans)
             for one in takes
             for movement, labelled in labels[one.truth.clip].items()
         ]

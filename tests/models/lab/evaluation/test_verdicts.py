@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden import jumps as golden
+from pcnet3d.models.lab.evaluation.runs import Finished
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.evaluation.verdicts import error_mm
 from pcnet3d.models.lab.mocap.clips import Clip
@@ -18,9 +19,9 @@ def test_the_error_is_of_the_body_in_its_own_axes_and_one_scale():
         frame=CAMERA.with_(origin="pelvis", unit="arbitrary"),
         confidence=None,
     )
-    assert error_mm(Take("t", poses=poses), truth) == pytest.approx(0, abs=0.1)
+    assert error_mm(Finished(Take("t", poses=poses), truth, "")) == pytest.approx(0, abs=0.1)
     off = poses.joints.copy()
     off[:, H36M17.index("r_wrist")] += (0, 0.5, 0)
-    assert 50 < error_mm(Take("t", poses=poses.with_(joints=off)), truth) < 250
+    assert 50 < error_mm(Finished(Take("t", poses=poses.with_(joints=off)), truth, "")) < 250
     lost = poses.with_(joints=np.full_like(off, np.nan))
-    assert np.isnan(error_mm(Take("t", poses=lost), truth))
+    assert np.isnan(error_mm(Finished(Take("t", poses=lost), truth, "")))
