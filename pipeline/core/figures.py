@@ -79,9 +79,9 @@ class Figure(NamedTuple):
         is_index = self.name.endswith("symmetry_index")
         return self.name.replace("symmetry_index", "within_error") if is_index else ""
 
-    def label_with_unit(self, length: str = "m") -> str:
-        """Such as "cadence (steps/min)". length: the unit of lengths."""
-        unit = UNITS[self.unit].page.format(length)
+    def label_with_unit(self) -> str:
+        """Such as "cadence (steps/min)", lengths in metres."""
+        unit = UNITS[self.unit].page.format("m")
         return f"{self.label} ({unit})" if unit else self.label
 
 

@@ -56,18 +56,13 @@ def geodesic_deg(R_1: np.ndarray, R_2: np.ndarray) -> np.ndarray:
 
 
 def zxy_deg(R: np.ndarray) -> np.ndarray:
-    """(N, 3) degrees about z, then about its own turned x, then about its own turned y: R = R_z R_x R_y (N, 3, 3). The
-    second is within 90 of 0, the others within 180; NaN where R is."""
+    """(N, 3) degrees about z, then about its own turned x, then about its own turned y: R = R_z R_x R_y (N, 3, 3), none
+    of which is missing. The second is within 90 of 0, the others within 180."""
     from scipy.spatial.transform import Rotation
 
-    angles = np.full(R.shape[:-1], np.nan)
-    finite = np.isfinite(R).all(axis=(-2, -1))
-    if finite.any():
-        with warnings.catch_warnings():
-            # x at 90 degrees: one of the many triples that give it.
-            warnings.simplefilter("ignore", UserWarning)
-            angles[finite] = Rotation.from_matrix(R[finite]).as_euler("ZXY", degrees=True)
-    return angles
+    with warnings.catch_warnings():  # x at 90 degrees: one of the many triples that give it
+        warnings.simplefilter("ignore", UserWarning)
+        return Rotation.from_matrix(R).as_euler("ZXY", degrees=True)
 
 
 def angle_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:

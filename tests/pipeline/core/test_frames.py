@@ -198,10 +198,7 @@ def test_the_shortest_turn_is_that_of_scipy_and_of_opposite_directions_none():
 def test_angles_about_z_x_and_y_give_the_rotation_back():
     angles = np.array([[10.0, 20.0, 30.0], [-170.0, 89.0, 179.0], [0.0, 0.0, -90.0], [25.0, 90.0, 0.0]])
     z, x, y = (Rotation.from_euler(axis, angles[:, [i]], degrees=True) for i, axis in enumerate("zxy"))
-    R = (z * x * y).as_matrix()
-    R[2] = np.nan
-    found = zxy_deg(R)
-    np.testing.assert_allclose(found[:2], angles[:2], atol=1e-9)
-    assert np.isnan(found[2]).all()
+    found = zxy_deg((z * x * y).as_matrix())
+    np.testing.assert_allclose(found[:3], angles[:3], atol=1e-9)
     assert found[3, 1] == pytest.approx(90)
     assert found[3, 0] + found[3, 2] == pytest.approx(25)  # one turn there, about one axis
