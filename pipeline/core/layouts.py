@@ -94,12 +94,8 @@ class Layout:
     @property
     def bones(self) -> tuple[tuple[str, str], ...]:
         """Pairs of joints that a drawing connects."""
-        own = tuple(bone for bone in _BONES if bone[0] in self and bone[1] in self)
-        return (
-            own
-            if "pelvis" in self and "thorax" in self
-            else own + tuple(bone for bone in _SHORTCUTS if bone[0] in self and bone[1] in self)
-        )
+        shortcuts = () if "pelvis" in self and "thorax" in self else _SHORTCUTS
+        return tuple((start, end) for start, end in (*_BONES, *shortcuts) if start in self and end in self)
 
 
 def _other_side(joint: str) -> str:

@@ -79,8 +79,9 @@ def chirality(poses: PoseSequence) -> Chirality:
     cues = np.concatenate(
         [handedness_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
     )
-    shares, votes = zip(*map(_share, (cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3])), strict=True)
-    return Chirality(*shares, *votes)
+    known = [values[np.isfinite(values)] for values in (cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3])]
+    shares = [float((values > 0).mean()) if len(values) else float("nan") for values in known]
+    return Chirality(*shares, *map(len, known))
 
 
 def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
@@ -124,11 +125,6 @@ def without_made_nose(poses: PoseSequence) -> PoseSequence:
 def _parts(joints: np.ndarray) -> Iterator[np.ndarray]:
     """joints (T, J, D) in float64, some minutes at a time: hours of video would take several times their memory."""
     return (joints[rows].astype(np.float64) for rows in blocks(len(joints)))
-
-
-def _share(values: np.ndarray) -> tuple[float, int]:
-    values = values[np.isfinite(values)]
-    return (float((values > 0).mean()) if len(values) else float("nan")), len(values)
 
 
 def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
