@@ -264,8 +264,8 @@ def nested(rows: Iterable[Row]) -> dict[str, Any]:
         elif row.number is None:
             stated = {} if row.error is None else {row.about.error_key: row.error}
             place |= {row.key: row.value, **stated, **row.judged}
-        elif row.key not in place:
-            place |= _listed(numbered[row.group, row.name])
+        elif (row.group, row.name) in numbered:
+            place |= _listed(numbered.pop((row.group, row.name)))
     return result
 
 

@@ -52,7 +52,7 @@ def set_verbose(verbose: bool) -> None:
 
 
 def is_verbose() -> bool:
-    """Whether that is said too."""
+    """Whether it does."""
     return _verbose
 
 

@@ -129,12 +129,9 @@ def inspect(
             except InputError as error:
                 findings.append(notice("refused", reason=str(error)))
             else:
-                findings += [
-                    replace(each, weight="unusable")
-                    if each.code == "upside-down"
-                    else each  # a run refuses it
-                    for each in pose_findings(poses, source.frame.unit)
-                ]
+                for each in pose_findings(poses, source.frame.unit):
+                    refused = each.code == "upside-down"  # by a run
+                    findings.append(replace(each, weight="unusable") if refused else each)
                 findings += _up_findings(poses, findings)
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
