@@ -80,8 +80,8 @@ def chirality(poses: PoseSequence) -> Chirality:
         [handedness_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
     )
     known = [values[np.isfinite(values)] for values in (cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3])]
-    shares = [float((values > 0).mean()) if len(values) else float("nan") for values in known]
-    return Chirality(*shares, *map(len, known))
+    nose, knees, trunk = (float((values > 0).mean()) if len(values) else float("nan") for values in known)
+    return Chirality(nose, knees, trunk, *map(len, known))
 
 
 def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
