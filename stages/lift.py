@@ -73,8 +73,11 @@ class Lift:
             findings = (*findings, *_elsewhere(asked.keypoints, asked.image_size))
         if lifted.kind == KIND and not any(each.code in _SIDES for each in findings):
             findings = (*findings, *otherwise_better(asked, lifted.poses, str(self.lifter)))
-        take = take.with_(poses=poses, findings=findings)
-        return take.saying(*_focal(lifted), *_gaps(lifted), *poses.notices)
+        notices = _focal(lifted)
+        if frames := lifted.frames_without_joints:
+            reason = "keypoints are missing for too long"
+            notices.append(notice("frames-without-joints", frames=frames, reason=reason))
+        return take.with_(poses=poses, findings=findings).saying(*notices, *poses.notices)
 
     def poses_of(self, take: Take) -> PoseSequence:
         """The lift alone, as it stands beside poses of another lifter: nothing is looked for in it or its keypoints.
@@ -164,16 +167,11 @@ def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> l
     if time_s is None or any(each.code.startswith("leap-") for each in keypoints.notices):
         return []
     keypoints, _ = _without_strays(visible_only(keypoints, image_size), keypoints)
-    return [
-        notice(
-            "leap-between-people",
-            weight="suspicious",
-            sizes=sizes,
-            frame=int(keypoints.frame_index[row]),
-            unseen="",
-        )
-        for row, sizes in exchanges(time_s, keypoints.joints.astype(np.float64))[:1]
-    ]
+    notices = []
+    for row, sizes in exchanges(time_s, keypoints.joints.astype(np.float64))[:1]:
+        where: dict[str, Any] = {"sizes": sizes, "frame": int(keypoints.frame_index[row]), "unseen": ""}
+        notices.append(notice("leap-between-people", weight="suspicious", **where))
+    return notices
 
 
 def _focal(lifted: Lifted) -> list[Notice]:
@@ -181,18 +179,8 @@ def _focal(lifted: Lifted) -> list[Notice]:
     focal_px, is_known = lifted.focal_px, lifted.focal_known
     if lifted.placed:
         at = "" if focal_px is None else f", at a focal length of {focal_px:.0f} pixels"
-        return [
-            notice(
-                "errors-unknown",
-                what="paths, velocities and accelerations",
-                reason=f"the path of the pelvis is the lifter's own{at}",
-            )
-        ]
+        reason = f"the path of the pelvis is the lifter's own{at}"
+        return [notice("errors-unknown", what="paths, velocities and accelerations", reason=reason)]
     if focal_px is None or is_known:
         return []
     return [notice("focal-guessed", focal_px=focal_px)]
-
-
-def _gaps(lifted: Lifted) -> list[Notice]:
-    frames, reason = lifted.frames_without_joints, "keypoints are missing for too long"
-    return [notice("frames-without-joints", frames=frames, reason=reason)] if frames else []

@@ -54,7 +54,9 @@ class Place:
             )
         if poses.root is not None:
             return take
-        camera = _camera(take)
+        camera, size = take.camera, take.image_size
+        if camera is None and size is not None:
+            camera = known_camera(size, take.told.focal_px, None)
         if reason := _why_not(poses, keypoints, take.moving, camera):
             return take.saying(notice("not-placed", reason=reason))
         assert keypoints is not None  # or there is a reason
@@ -80,14 +82,6 @@ class Place:
         return take.with_(poses=placed, camera=camera).saying(
             _said(path, camera, placed, visible, take.told.stature_m)
         )
-
-
-def _camera(take: Take) -> Camera | None:
-    """The take's, or what is told of it; None where not even the image's size is known."""
-    if take.camera is not None:
-        return take.camera
-    size = take.image_size
-    return None if size is None else known_camera(size, take.told.focal_px, None)
 
 
 def _why_not(

@@ -110,24 +110,19 @@ class Armature:
     unit: str
     bones: tuple[str, ...]
 
-    @property
-    def held(self) -> dict[str, int]:
-        """In how many frames what was last known is held, by joint; "the pelvis path" is one of them."""
-        counts = dict(zip(self.bones, (~self.known).sum(axis=0).tolist(), strict=True))
-        counts["the pelvis path"] = int((~self.place_known).sum())
-        return {name: count for name, count in counts.items() if count}
-
     def notes(self, file: str) -> tuple[Notice, ...]:
         """What a reader of a file of it has to know that the file itself does not show."""
         notices, names = [], self.skeleton.names
         if round(self.time_s[0], 3):
             notices.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
-        by_count = defaultdict(list)
-        for name, count in self.held.items():
-            by_count[count].append(name)
-        for count, joints in by_count.items():
-            values: dict[str, Any] = {"held": count, "frames": len(self.root), "joints": ", ".join(joints)}
-            notices.append(notice("animation-held", file=file, **values))
+        held = defaultdict(list)  # by how many frames what was last known is held in
+        known = np.column_stack([self.known, self.place_known])
+        for name, count in zip((*self.bones, "the pelvis path"), (~known).sum(axis=0).tolist(), strict=True):
+            held[count].append(name)
+        for count, joints in held.items():
+            if count:
+                values: dict[str, Any] = {"held": count, "frames": len(known), "joints": ", ".join(joints)}
+                notices.append(notice("animation-held", file=file, **values))
         limbs = ([i for i, name in enumerate(names) if name.endswith(start)] for start, *_ in _LIMBS)
         legs, arms = (100 * float(np.mean(~self.axial_known[:, of])) if of else 100.0 for of in limbs)
         notices.append(notice("axial-guessed", file=file, legs=legs, arms=arms))

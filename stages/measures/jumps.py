@@ -46,10 +46,17 @@ def jumping(motion: Motion, airborne: Airborne, gait: Gait) -> list[Flight]:
     Nor those in the middle of which a leg is not known: a detector may have taken something else for the legs. Of 59
     flights of lifted takes (validation people, and jumps of train people) none is one."""
     legs = motion.has(_LEGS)
+
+    def strides(flight: Flight) -> bool:  # from step to step of a run
+        brief = gait.kind == "running" and flight.land_s - flight.off_s <= _STRIDE_S
+        return brief and any(
+            step.start_s < flight.land_s and flight.off_s < step.stop_s for step in gait.steps
+        )
+
     return [
         flight
         for flight in airborne.flights
-        if (flight.clear > _HIGH or not _strides(flight, gait))
+        if (flight.clear > _HIGH or not strides(flight))
         and legs[nearest_row(motion.times, (flight.off_s + flight.land_s) / 2)]
     ]
 
@@ -57,15 +64,6 @@ def jumping(motion: Motion, airborne: Airborne, gait: Gait) -> list[Flight]:
 def landings(airborne: Airborne) -> list[tuple[float, float]]:
     """(begin, end) in seconds in which the knees take up a landing."""
     return [(flight.land_s, flight.land_s + _ABSORBED_S) for flight in airborne.flights]
-
-
-def _strides(flight: Flight, gait: Gait) -> bool:
-    """Whether it is one from step to step of a run."""
-    return (
-        gait.kind == "running"
-        and flight.land_s - flight.off_s <= _STRIDE_S
-        and any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in gait.steps)
-    )
 
 
 def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:

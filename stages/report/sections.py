@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from markupsafe import Markup
 
@@ -67,11 +65,8 @@ def provenance_of(take: Take) -> Markup:
             f"{rate_in_words(video.fps, ' at ')}, {video.codec}{turned}"
         )
     shown = {name: text for name, text in provenance(take).items() if not name.startswith("warning")}
-    return table(("", ""), [*(shown | lines).items()]) + joined(
-        box(title, _most(take.texts(weight))) for title, weight in (("Repairs", "repair"), ("Notes", "note"))
-    )
-
-
-def _most(texts: Sequence[str]) -> list[str]:
-    more = len(texts) - _MOST
-    return [*texts[:_MOST], f"and {more} more, in summary.json"] if more > 0 else list(texts)
+    boxes = []
+    for title, texts in (("Repairs", take.texts("repair")), ("Notes", take.texts("note"))):
+        more = [f"and {len(texts) - _MOST} more, in summary.json"] * (len(texts) > _MOST)
+        boxes.append(box(title, [*texts[:_MOST], *more]))
+    return table(("", ""), [*(shown | lines).items()]) + joined(boxes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import CancelledError, Executor, ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -150,23 +150,22 @@ def outcomes_of(
     names = {executor.submit(run_take, entry, output, version, timeout_s): entry.name for entry in entries}
     try:
         for future in as_completed(names):
-            yield _outcome(future, names[future])
+            try:
+                outcome = future.result()
+            except CancelledError:
+                raise InputError(
+                    "not-reached",
+                    "The Dask scheduler was lost; takes that are done are kept, run the same command again when it is "
+                    "back.",
+                ) from None
+            except Exception as error:  # whatever a cluster says of workers that died one after another
+                reason = str(error).partition("\n")[0]
+                reason = f"its workers failed: {type(error).__name__}: {reason}"
+                outcome = Outcome(names[future], "failed", 1, reason)
+            yield outcome
     finally:
         for future in names:
             future.cancel()
-
-
-def _outcome(future: Future[Outcome], name: str) -> Outcome:
-    try:
-        return future.result()
-    except CancelledError:
-        raise InputError(
-            "not-reached",
-            "The Dask scheduler was lost; takes that are done are kept, run the same command again when it is back.",
-        ) from None
-    except Exception as error:  # whatever a cluster says of workers that died one after another
-        reason = str(error).partition("\n")[0]
-        return Outcome(name, "failed", 1, f"its workers failed: {type(error).__name__}: {reason}")
 
 
 def _prepare(output: Path) -> None:
