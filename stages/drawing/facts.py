@@ -1,4 +1,4 @@
-"""What several outputs need of a take: an angle's band, its up in the camera's axes."""
+"""What several outputs need of a take: an angle's band, its up, a mean of what is known."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.pose import Rectified
-from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import sides_of
 
@@ -25,15 +24,6 @@ def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:
 def shared_up(rectified: Rectified) -> np.ndarray:
     """(T, 3) the up that BODY and LEVEL share, in the source's axes."""
     return np.broadcast_to(rectified.R_source_from_level[..., :, 2], rectified.up_votes.shape)
-
-
-def up_of_camera(take: Take) -> np.ndarray:
-    """(T, 3) the take's up in CAMERA axes; NaN where it is not levelled or the poses are not a camera's."""
-    rectified, frame = take.need("rectified"), take.need("poses").frame
-    up = shared_up(rectified)
-    if frame.family != "camera" or not rectified.level_ok:
-        return np.full_like(up, np.nan)
-    return rotate(frame.basis.T, up)
 
 
 def mean(values: np.ndarray) -> float:

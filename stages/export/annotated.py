@@ -13,13 +13,13 @@ from ...pipeline.core.intrinsics import undistorted, undistorted_image
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
-from ..drawing.facts import angle_bands, up_of_camera
+from ..drawing.facts import angle_bands, shared_up
 from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
@@ -108,7 +108,10 @@ class _Page:
         self.line = 14 + 4 * self.thick
         below = (len(self.angles) + 2) * self.line
         self.views = _views(self.body, side, self.size[1] - below)
-        self.up = up_of_camera(take)
+        # (T, 3) in CAMERA axes; NaN where the take is not levelled or the poses are not a camera's.
+        rectified, frame = take.need("rectified"), take.need("poses").frame
+        levelled = frame.family == "camera" and rectified.level_ok
+        self.up = rotate(frame.basis.T, shared_up(rectified)) if levelled else rectified.up_votes * np.nan
         # On those that the detector has not seen nothing rests.
         keypoints = take.keypoints
         self.keypoints = keypoints and keypoints.without(keypoints.confidence < LEAST_SCORE)

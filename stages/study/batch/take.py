@@ -158,7 +158,12 @@ def run_apart(work: Callable[[], object], log: Path, timeout_s: float | None) ->
             return Ended(124, f"took longer than the {timeout_s:g} s of --timeout, and was stopped")
         with suppress(EOFError):  # it sent nothing
             return receive.recv()
-        return _without_words(process.exitcode)
+        code = process.exitcode
+        if code >= 0:
+            return Ended(code, f"it ended with exit code {code}" * bool(code))
+        names = {sent.value: sent.name for sent in signal.Signals}
+        stopped_by = names.get(-code, f"signal {-code}")
+        return Ended(code, f"its process was stopped by {stopped_by}; see its log.")
 
 
 def end_takes() -> None:
@@ -202,15 +207,6 @@ def _work_apart(work: Callable[[], object], log: str, answer: Connection) -> Non
     except Exception as error:
         traceback.print_exc()
         answer.send(failure(error))
-
-
-def _without_words(exit_code: int) -> Ended:
-    """How a process ended that did not say it."""
-    if exit_code >= 0:
-        return Ended(exit_code, f"it ended with exit code {exit_code}" * bool(exit_code))
-    names = {sent.value: sent.name for sent in signal.Signals}
-    stopped_by = names.get(-exit_code, f"signal {-exit_code}")
-    return Ended(exit_code, f"its process was stopped by {stopped_by}; see its log.")
 
 
 def _leave_with_parent() -> None:
