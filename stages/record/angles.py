@@ -38,11 +38,6 @@ _MOVED = {"walking": "legs", "knee_bends": "legs", "jumps": "legs", "arm_raises"
 _SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 
-def angled(take: Take) -> bool:
-    """Whether the take has any angle that the recording shows."""
-    return any(angle_bands(take, name) for name in ALL_OF_BOTH)
-
-
 def log_angles(recording: rr.RecordingStream, take: Take, clock: PoseSequence, gaps: np.ndarray) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
     standard deviation is stated. clock: with the rows of `gaps` (N,), before which nothing is known."""
@@ -85,8 +80,8 @@ def first_angles(take: Take) -> list[rrb.View]:
     return [_view(name, _title(name)) for name in _FIRST if angle_bands(take, name)]
 
 
-def angle_views(take: Take) -> rrb.Container:
-    """A tab for each part of the body, with a view for each of its angles."""
+def angle_views(take: Take) -> list[rrb.Container]:
+    """A tab for each part of the body, with a view for each of its angles; empty where the take has none."""
     import rerun.blueprint as rrb
 
     tabs = []
@@ -97,7 +92,7 @@ def angle_views(take: Take) -> rrb.Container:
         views = [_view(name, words) for name, words in named.items()]
         if views:
             tabs.append(rrb.Vertical(*views, name=title) if len(views) > 1 else views[0])
-    return rrb.Tabs(*tabs, active_tab=0)
+    return [rrb.Tabs(*tabs, active_tab=0)] if tabs else []
 
 
 def _view(name: str, words: str) -> rrb.View:

@@ -9,7 +9,7 @@ import numpy as np
 from ...pipeline.core.frames import BODY
 from ...pipeline.core.take import Take
 from ..drawing.rerun_log import person_view
-from .angles import angle_views, angled, first_angles
+from .angles import angle_views, first_angles
 from .first import first_view
 from .walk import walk_view, walked
 
@@ -67,7 +67,7 @@ def _details(take: Take, size: float) -> rrb.Container:
         ],
         [
             *([walk_view(take, placed, size)] if placed is not None else []),
-            *([angle_views(take)] if angled(take) else []),
+            *angle_views(take),
         ],
         [rotation, rrb.Tabs(*texts, active_tab=0)],
     ]

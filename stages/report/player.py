@@ -138,17 +138,11 @@ def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:
     if level.root is None or not is_finite(level.root[rows]).any():
         lowest = joints[:, feet, 2].min(axis=1, where=is_finite(joints[:, feet]), initial=np.inf)
         has_foot = np.isfinite(lowest)
-        lowest = np.where(has_foot, lowest, np.median(lowest[has_foot]) if has_foot.any() else 0.0)
-        return joints - lowest[:, None, None] * (
-            0,
-            0,
-            1,
-        ), "The person's place is not known, so the lower foot is put on the floor."
-    joints = joints + level.root[rows][:, None]
-    lowest = joints[:, feet, 2]
-    floor = (
-        float(np.nanpercentile(lowest, _LOWEST))
-        if np.isfinite(lowest).any()
-        else float(np.nanmin(joints[..., 2]))
-    )
-    return joints - (0, 0, floor), "The floor is at the lowest height of the feet."
+        usual = np.median(lowest[has_foot]) if has_foot.any() else 0.0
+        joints[..., 2] -= np.where(has_foot, lowest, usual)[:, None]
+        return joints, "The person's place is not known, so the lower foot is put on the floor."
+    joints += level.root[rows][:, None]
+    heights = joints[:, feet, 2]
+    known = np.isfinite(heights).any()
+    joints[..., 2] -= np.nanpercentile(heights, _LOWEST) if known else np.nanmin(joints[..., 2])
+    return joints, "The floor is at the lowest height of the feet."

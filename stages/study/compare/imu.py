@@ -151,6 +151,14 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
         so = f"Another lag may be the right one: {NARROW}."
         notices.append(notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so))
     video, imu = (np.where(both[:, None], of - of[both].mean(axis=0), np.nan) for of in (scale * video, imu))
+    columns = [np.column_stack([of, np.linalg.norm(of, axis=-1)]).T for of in (video[both], imu[both])]
+    agreement = {
+        axis: {
+            "r": correlation(of_run, of_sensor, _LEAST_MPS2),
+            "rmse_mps2": float(np.sqrt(((of_run - of_sensor) ** 2).mean())),
+        }
+        for axis, of_run, of_sensor in zip(_AXES, *columns, strict=True)
+    }
     return Sensed(
         segment=segment,
         means=means,
@@ -164,21 +172,9 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
         time_s=grid,
         video=video,
         imu=imu,
-        agreement=_agreement(video[both], imu[both]),
+        agreement=agreement,
         notices=tuple(notices),
     )
-
-
-def _agreement(video: np.ndarray, imu: np.ndarray) -> dict[str, dict[str, float]]:
-    """Of accelerations (N, 3) and (N, 3) by axis and of their norms."""
-    columns = [np.column_stack([of, np.linalg.norm(of, axis=-1)]).T for of in (video, imu)]
-    return {
-        axis: {
-            "r": correlation(of_run, of_sensor, _LEAST_MPS2),
-            "rmse_mps2": float(np.sqrt(((of_run - of_sensor) ** 2).mean())),
-        }
-        for axis, of_run, of_sensor in zip(_AXES, *columns, strict=True)
-    }
 
 
 def aligned(
