@@ -160,27 +160,12 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = 
     the other, each cell with its column's name. sortable: a click on a column's heading sorts by it."""
     if not rows:
         return Markup("")
-    columns = [_column(cells) for cells in zip(*rows, strict=True)]
-    names = [("number" if right else "", name, "") for name, (_, right) in zip(head, columns, strict=True)]
-    lines = [
-        [_cell(row[i], shown[j], right) for i, (shown, right) in enumerate(columns)]
-        for j, row in enumerate(rows)
-    ]
+    filled = [[cell for cell in cells if cell is not None] for cells in zip(*rows, strict=True)]
+    right = [bool(cells) and all(isinstance(cell, int | Number) for cell in cells) for cells in filled]
+    names = [("number" if number else "", name, "") for name, number in zip(head, right, strict=True)]
+    lines = [[_cell(*cell) for cell in zip(row, right, strict=True)] for row in rows]
     wide = len(head) > _NARROW or any(kind == "long" for line in lines for kind, *_ in line)
     return kit().table(names, lines, sortable, wide and not sortable)
-
-
-def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
-    """What stands in its cells, and whether they are numbers."""
-    filled = [cell for cell in cells if cell is not None]
-    shown = [
-        "–" if cell is None
-        else _breaking(cell.words) if isinstance(cell, Link)
-        else cell.words if isinstance(cell, Soft | Number)
-        else cell if isinstance(cell, str) else str(cell)
-        for cell in cells
-    ]  # fmt: skip
-    return shown, bool(filled) and all(isinstance(cell, int | Number) for cell in filled)
 
 
 def _breaking(name: str) -> Markup:
@@ -188,11 +173,13 @@ def _breaking(name: str) -> Markup:
     return Markup("_<wbr>").join(name.split("_"))
 
 
-def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:
-    """Its class, words and address."""
-    long = len(shown) > 40 and not isinstance(cell, Markup)
-    kind = "soft" if isinstance(cell, Soft) else "number" if right else "long" if long else ""
-    return kind, shown, cell.address if isinstance(cell, Link) else ""
+def _cell(cell: Cell, number: bool) -> tuple[str, str, str]:
+    """Its class, words and address. number: of a column of numbers."""
+    words = cell.words if isinstance(cell, Soft | Number) else cell if isinstance(cell, str) else str(cell)
+    words = "–" if cell is None else _breaking(cell.words) if isinstance(cell, Link) else words
+    long = len(words) > 40 and not isinstance(cell, Markup)
+    kind = "soft" if isinstance(cell, Soft) else "number" if number else "long" if long else ""
+    return kind, words, cell.address if isinstance(cell, Link) else ""
 
 
 def picture(jpeg: bytes, alt: str) -> Markup:
