@@ -18,7 +18,8 @@ WORDS = "Green: lines assumed vertical; purple and yellow: lines assumed level, 
 
 
 def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
-    """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow along up."""
+    """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow from the image's middle to where
+    up leads there."""
     import cv2
 
     # Paler, so that the lines stand out.
@@ -30,8 +31,11 @@ def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     edge = horizon(camera, look.up)
     if edge is not None:
         cv2.line(out, _pixel(edge[0]), _pixel(edge[1]), HORIZON, thick + 1, cv2.LINE_AA)
-    foot, tip = _up_arrow(camera, look)
-    cv2.arrowedLine(out, _pixel(foot), _pixel(tip), _UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
+    middle, across = np.array(camera.image_size) / 2, look.up[:2]
+    length = np.linalg.norm(across)
+    along = across / length if length > 1e-6 else 0 * across
+    tip = middle + along * min(camera.image_size) * 0.2
+    cv2.arrowedLine(out, _pixel(middle), _pixel(tip), _UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
     return out
 
 
@@ -63,14 +67,6 @@ def horizon(camera: Camera, up: np.ndarray) -> np.ndarray | None:
         if abs(x) > 1e-9 and abs(at := -(y * side + z) / x) < width / 2:
             places.append((at, side))
     return np.array(places[:2]) + np.array([width, height]) / 2 if len(places) >= 2 else None
-
-
-def _up_arrow(camera: Camera, look: Look) -> tuple[np.ndarray, np.ndarray]:
-    """Foot and tip (2,) pixels of an arrow from the image's middle to where up leads there."""
-    middle = np.array(camera.image_size) / 2
-    across = look.up[:2]
-    length = np.linalg.norm(across)
-    return middle, middle + (across / length if length > 1e-6 else 0 * across) * min(camera.image_size) * 0.2
 
 
 def _pixel(point: np.ndarray) -> tuple[int, int]:

@@ -59,13 +59,6 @@ def viewable(video: Video) -> Iterator[Part]:
     return transcoded(video) if parts is None else parts
 
 
-def _part(asset: rr.AssetVideo) -> Part:
-    try:
-        return Part(asset, np.asarray(asset.read_frame_timestamps_nanos()))
-    except RuntimeError:
-        return Part(asset, np.zeros(0, dtype=np.int64))
-
-
 def _own_parts(video: Video) -> Iterator[Part] | None:
     """The video's own packets in parts, if they can be cut so that the viewer finds the video's frames in them."""
     starts = _starts(video)
@@ -141,7 +134,11 @@ def _cut(video: Video, starts: list[int]) -> Iterator[Part]:
 def _mp4(buffer: io.BytesIO) -> Part:
     import rerun as rr
 
-    return _part(rr.AssetVideo(contents=buffer.getvalue(), media_type="video/mp4"))
+    asset = rr.AssetVideo(contents=buffer.getvalue(), media_type="video/mp4")
+    try:
+        return Part(asset, np.asarray(asset.read_frame_timestamps_nanos()))
+    except RuntimeError:
+        return Part(asset, np.zeros(0, dtype=np.int64))
 
 
 def transcoded(video: Video) -> Iterator[Part]:

@@ -43,6 +43,13 @@ _DOUBTFUL = {
     "with unusable poses": ("unusable",),
     "whose poses cannot be judged": ("error-unknown", "too-few-frames", ""),
 }
+_OF_FAILED = (
+    "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
+)
+_OF_TAKES = (
+    "A take's name links to its report. Click a column's heading to sort by it. study.csv and study.parquet have all "
+    "figures."
+)
 _LEVELLED = {True: "yes", False: "no", None: None}
 
 Row = Mapping[str, Any]  # of a take, or of a person of it; a failed one has its `reason`
@@ -152,7 +159,12 @@ def as_page(title: str, rows: Sequence[Row]) -> str:
     """study.html."""
     done = [row for row in rows if row["state"] == "done"]
     failed = [row for row in rows if row["state"] == "failed"]
-    return page(title, _head(rows, done), [("Failed takes", _failed(failed)), ("Takes", _takes(done))])
+    why = {"exit code": [row["exit_code"] for row in failed], "why": [row["reason"] for row in failed]}
+    sections = [
+        ("Failed takes", _table(failed, why, _OF_FAILED)),
+        ("Takes", _table(done, _columns(done), _OF_TAKES)),
+    ]
+    return page(title, _head(rows, done), sections)
 
 
 def _head(rows: Sequence[Row], done: Sequence[Row]) -> Markup:
@@ -170,28 +182,23 @@ def _head(rows: Sequence[Row], done: Sequence[Row]) -> Markup:
     )
 
 
-def _table(rows: Sequence[Row], columns: Mapping[str, Sequence[Cell]]) -> Markup:
-    """The takes' names and labels, then the columns (head: a cell a take), but for empty ones."""
-    filled = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
-    if not filled:
+def _table(rows: Sequence[Row], columns: Mapping[str, Sequence[Cell]], about: str) -> Markup:
+    """The takes' names and labels, then the columns (head: a cell a take), but for empty ones; and a sentence about
+    them. Nothing without takes."""
+    if not rows:
         return Markup("")
+    filled = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
     labels = [label for label in LABELS if any(row[label] for row in rows)]
     names = [Link(name_of(row), quote(row["report"])) if row.get("report") else name_of(row) for row in rows]
     lines = [
         [names[i], *(row[label] or None for label in labels), *(cells[i] for cells in filled.values())]
         for i, row in enumerate(rows)
     ]
-    return table(["take", *labels, *filled], lines, sortable=True)
+    return table(["take", *labels, *filled], lines, sortable=True) + small(about)
 
 
-def _failed(rows: Sequence[Row]) -> Markup:
-    columns = {"exit code": [row["exit_code"] for row in rows], "why": [row["reason"] for row in rows]}
-    about = "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
-    return _table(rows, columns) + small(about) if rows else Markup("")
-
-
-def _takes(rows: Sequence[Row]) -> Markup:
-    columns: dict[str, list[Cell]] = {
+def _columns(rows: Sequence[Row]) -> dict[str, list[Cell]]:
+    return {
         "frames": [row.get("frames") for row in rows],
         "duration (s)": _written(rows, "duration_s", "{:.1f}".format),
         "poses": [POSES_ARE.get(row.get("judgement", "")) for row in rows],
@@ -200,11 +207,6 @@ def _takes(rows: Sequence[Row]) -> Markup:
         "up known to within (°, 90 %)": _written(rows, "up_bound_deg", bound_in_words),
         "warnings": [sum(each["weight"] in WARNS for each in row.get("notices", ())) for row in rows],
     }
-    about = (
-        "A take's name links to its report. Click a column's heading to sort by it. study.csv and study.parquet have "
-        "all figures."
-    )
-    return _table(rows, columns) + small(about) if rows else Markup("")
 
 
 def _written(rows: Sequence[Row], name: str, in_words: Callable[[float], str]) -> list[Cell]:
