@@ -134,8 +134,7 @@ def follow(
     bodies of both legs.
     """
     model, by_name = _opened(package, path), dict(zip(names, np.moveaxis(joints, 1, 0), strict=True))
-    places, sd_m = _places(model, path), joint_sd_m()
-    _place_toes(model, places, by_name)
+    places, sd_m = _places(model, path, by_name), joint_sd_m()
     used = {name: points for name, points in by_name.items() if name in places and name in sd_m}
     scales, lengths_m = _scales(model, places, used)
     for toe in {*_TOES} & {*used}:  # its length is the person's already
@@ -170,8 +169,11 @@ def _opened(package: Any, path: Path) -> Any:
     return model
 
 
-def _places(model: Any, path: Path) -> dict[str, tuple[str, np.ndarray, np.ndarray]]:
-    """By joint the body that holds it, and where it is (3,): in that body, and in the unscaled model's posture."""
+def _places(
+    model: Any, path: Path, joints: Mapping[str, np.ndarray]
+) -> dict[str, tuple[str, np.ndarray, np.ndarray]]:
+    """By joint the body that holds it, and where it is (3,): in that body, and in the unscaled model's posture. joints:
+    (T, 3) of the person, who has big toes where heels and toes are known."""
     bodies, state = model.getBodySet(), model.initSystem()
     body_names = {bodies.get(i).getName() for i in range(bodies.getSize())}
     if missing := sorted({*(_BODIES[joint] for joint in _LEGS), "pelvis"} - body_names):
@@ -191,15 +193,6 @@ def _places(model: Any, path: Path) -> dict[str, tuple[str, np.ndarray, np.ndarr
             middle = (ground[right] + ground[left]) / 2
             inside = _inside(model, state, "", middle, body)
             places[joint] = body, inside, middle
-    return places
-
-
-def _place_toes(
-    model: Any, places: dict[str, tuple[str, np.ndarray, np.ndarray]], joints: Mapping[str, np.ndarray]
-) -> None:
-    """Add the places of the big toes where the person and the model have heels and toes."""
-    bodies, state = model.getBodySet(), model.initSystem()
-    body_names = {body.getName() for body in bodies}
     for toe, (heel, toes) in _TOES.items():
         if {toe, heel} <= {*joints} and heel in places and toes in body_names:
             lengths = np.linalg.norm(joints[toe] - joints[heel], axis=-1)
@@ -208,6 +201,7 @@ def _place_toes(
                 along = _inside(model, state, toes, np.zeros(3), foot)
                 inside = np.nanmedian(lengths) * along / np.linalg.norm(along)
                 places[toe] = foot, inside, at + inside
+    return places
 
 
 def _scales(
