@@ -14,8 +14,8 @@ import numpy as np
 
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import keys
-from .kit.lifters import FRAMES, check_metric, fits, in_camera
-from .kit.numpy import plain_array
+from .kit.lifters import FRAMES, check_metric, fits, in_camera, looks_metric
+from .kit.numpy import peek, plain_array
 
 name = "videopose3d"
 gives = "poses"
@@ -29,7 +29,8 @@ _IN_FOLDER = Path("output_3D", "output_keypoints_3d.npz")
 
 def sniff(path: Path) -> bool:
     file = _file(path)
-    return name in fits(file) | fits(file, _KEY)
+    joints = peek(file, FRAMES, key=_KEY)
+    return name in fits(file) if joints is None else looks_metric(joints)
 
 
 def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:

@@ -155,11 +155,6 @@ class Moments:
             self._rows.append(fields)
         return number
 
-    @staticmethod
-    def tells(fields: Mapping[str, Any]) -> bool:
-        """Whether a row says when it was seen."""
-        return any(kind_of(name) in ("frame", "image", "time") for name in fields)
-
     def state(self, key: str, value: Any) -> None:
         """What a file says of itself beside its rows: its frame rate, maybe among other things in an object, or an
         image that rows name by its number."""

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from .clock import Moments, of_kind, plain
+from .clock import Moments, kind_of, of_kind, plain
 from .json import beginning, each, frame_number, load, numbers, stem
 
 _PEOPLE = (
@@ -138,8 +138,10 @@ def frames(
         fields = entry if isinstance(entry, dict) else {}
         if key == _FROM_1 and "instances" in fields:
             fields = fields | {"frame_id": frame_number(fields.get("frame_id"), where) - 1}
-        elif plain(key) in _PEOPLE and not moments.tells(fields):  # everybody of one image
-            fields = {"frame": 0}
+        elif plain(key) in _PEOPLE and not any(
+            kind_of(name) in ("frame", "image", "time") for name in fields
+        ):
+            fields = {"frame": 0}  # everybody of one image
         elif re.search(r"[\d.]", key):  # an object of images by their names
             fields = fields | {"frame_name": key}
         if (moment := moments.of(fields, where)) is not None:

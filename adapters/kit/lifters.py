@@ -37,14 +37,11 @@ _ROOT_M = 0.1  # a pelvis that a network places at the origin without being forc
 _PIXELS_FROM = 10.0
 
 
-def fits(path: Path, key: str | None = None) -> frozenset[str]:
-    """The adapters whose files begin as this .npy, or this array of an .npz, does. Never raises."""
-    clips = peek(path, *CLIPS, key=key)
-    if clips is not None:
-        return frozenset({"ddhpose"} if key is None and looks_metric(clips.reshape(-1, *_POSE)) else ())
-    joints = peek(path, FRAMES, key=key)
-    if key is not None:
-        return frozenset({"videopose3d"} if joints is not None and looks_metric(joints) else ())
+def fits(path: Path) -> frozenset[str]:
+    """The adapters whose files begin as this .npy does. Never raises."""
+    if (clips := peek(path, *CLIPS)) is not None:
+        return frozenset({"ddhpose"} if looks_metric(clips.reshape(-1, *_POSE)) else ())
+    joints = peek(path, FRAMES)
     return frozenset() if joints is None else lifters_of(joints)
 
 

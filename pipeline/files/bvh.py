@@ -68,8 +68,6 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
     try:
         skeleton, channels = _hierarchy(head)
         numbers, fps = _motion(motion, len(channels))
-    except InputError:
-        raise
     except (ValueError, IndexError) as error:
         raise InputError("file-damaged", f"the BVH file is damaged: {error}.") from None
     _check(skeleton, channels)
@@ -106,18 +104,17 @@ def _hierarchy(text: str) -> tuple[Skeleton, list[tuple[int, str]]]:
 
 
 def _motion(text: str, width: int) -> tuple[np.ndarray, float]:
-    """The numbers (T, width) of the part MOTION, and frames per second; ValueError where it is damaged, InputError
-    where it holds other numbers than it says."""
+    """The numbers (T, width) of the part MOTION, and frames per second; ValueError where it is damaged, or holds other
+    numbers than it says."""
     count_line, time_line, *lines = (line for line in text.splitlines() if line.strip())
     count, frame_text = int(count_line.split()[-1]), time_line.split()[-1]
     frame_s = float(frame_text)
     numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(width, 1))
     timed = frame_s > 0 and 0 < 1 / frame_s < np.inf
     if len(numbers) != count or not (count and timed and np.isfinite(numbers).all()):
-        raise InputError(
-            "file-damaged",
-            f"expected {how_many(count, 'frame')} of {how_many(width, 'number')}, {frame_s} s each, got "
-            f"{len(numbers)}.",
+        raise ValueError(
+            f"{how_many(count, 'frame')} of {how_many(width, 'number')}, {frame_s} s each, are promised, "
+            f"{len(numbers)} are there"
         )
     return numbers, _rate(frame_text)
 
