@@ -345,21 +345,17 @@ class Rectified:
         require(self.level.frame, LEVEL, "Rectified.level")
         rows = len(self.level)
         shapes = {
-            "R_source_from_body": ((rows, 3, 3),),
-            "R_source_from_level": ((3, 3), (rows, 3, 3)),
-            "error_deg": ((rows,),),
-            "up_error_deg": ((rows,),),
-            "up_bound_deg": ((rows,),),
-            "up_votes": ((rows, 3),),
+            "R_source_from_body": (rows, 3, 3),
+            "R_source_from_level": (3, 3) if np.ndim(self.R_source_from_level) == 2 else (rows, 3, 3),
+            "error_deg": (rows,),
+            "up_error_deg": (rows,),
+            "up_bound_deg": (rows,),
+            "up_votes": (rows, 3),
         }
-        for name, allowed in shapes.items():
+        for name, shape in shapes.items():
             value = getattr(self, name)
-            array = owned(np.full(allowed[0], np.nan) if value is None else value, np.float64)
-            if array.shape not in allowed:
-                raise InputError(
-                    "wrong-content",
-                    f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}.",
-                )
+            array = owned(np.full(shape, np.nan) if value is None else value, np.float64)
+            check_shape(name, array, shape)
             object.__setattr__(self, name, array)
 
     def __repr__(self) -> str:
