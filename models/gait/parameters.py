@@ -111,8 +111,7 @@ def over_belt(
 ) -> tuple[np.ndarray, float]:
     """((T, 2), belt speed): the pelvis as the belt of a treadmill sees it, and how fast the belt runs, by the drift of
     the feet that stand; the same path and 0 where they stay."""
-    drift = belt_drift(*standing(root, ankles, time_s, walked_on(gait), seams))
-    velocity = np.zeros(2) if drift is None else drift
+    velocity = belt_drift(*standing(root, ankles, time_s, walked_on(gait), seams))
     return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))
 
 
@@ -144,12 +143,12 @@ def standing(
     return drifts[whole], backs[whole]
 
 
-def belt_drift(drifts: np.ndarray, backs: np.ndarray) -> np.ndarray | None:
-    """(2,) the velocity at which feet that stand are carried along, the median of `standing` ones; None where most
+def belt_drift(drifts: np.ndarray, backs: np.ndarray) -> np.ndarray:
+    """(2,) the velocity at which feet that stand are carried along, the median of `standing` ones; zeros where most
     stay, drifting back by less than 0.7 of how fast they go back under the body, whichever way it walks. Feet that
     drift ahead are on no belt: their legs were lifted too short."""
     along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)
-    return np.median(drifts, axis=0) if len(along) and np.median(along) > 0 else None
+    return np.median(drifts, axis=0) if len(along) and np.median(along) > 0 else np.zeros(2)
 
 
 def times_too_far(drifts: np.ndarray, backs: np.ndarray, depth: np.ndarray) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from ...models.angle_error.repeatability import ends, known_median, same_shares
 from ...models.common.motion import Motion
 from ...models.common.residuals import limb_scores
-from ...models.gait.take_walks import SIDES
+from ...models.gait.gait import SIDES
 from ...pipeline.core.measures import SD_90, Measure, Row, side_of, withheld, within
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES, EXCHANGED, MIDLINE, UNDEFINED, UNTRUSTED, continuous, of_both

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ...models.common.motion import motion_of
-from ...models.gait.take_walks import gait_of, walks_of
+from ...models.gait.gait import gait_of, walks_of
 from ...models.place.flights import airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measures as Rows

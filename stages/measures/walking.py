@@ -22,9 +22,8 @@ from ...models.gait.errors import (
     shipped_errors,
     style_of,
 )
-from ...models.gait.gait import Gait, Stride, Values, contact_times, time_values
+from ...models.gait.gait import SIDES, Gait, Stride, Values, Walk, contact_times, time_values
 from ...models.gait.parameters import length_values, over_belt, standing, times_too_far, walked_on
-from ...models.gait.take_walks import SIDES, Walk
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Measure, Remark, Row, withheld, within

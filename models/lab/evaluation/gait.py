@@ -28,6 +28,7 @@ from ...gait.errors import OF_LENGTH, OF_SIDES
 from ...gait.gait import (
     FEWEST,
     LEAST_STEP,
+    SIDES,
     Gait,
     Stance,
     Step,
@@ -40,7 +41,6 @@ from ...gait.gait import (
 )
 from ...gait.gait import walks as walks_of
 from ...gait.parameters import length_values
-from ...gait.take_walks import SIDES
 from ..common.metrics import Figure, Row, mean
 from ..mocap.contact import true_contact
 from .judge import Stated, bar, summed

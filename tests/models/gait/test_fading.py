@@ -8,8 +8,7 @@ import pytest
 from golden.walks import GEOMETRIC, measured, seen_from
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.motion import motion_of
-from pcnet3d.models.gait.gait import Gait, Step
-from pcnet3d.models.gait.take_walks import along_sight, faded_steps, gait_of, swings_of, walks_of
+from pcnet3d.models.gait.gait import Gait, Step, along_sight, faded_steps, gait_of, swings_of, walks_of
 from pcnet3d.pipeline.core.frames import CAMERA, Z_UP
 
 TIMES = np.arange(0, 6, 1 / 30)

@@ -9,8 +9,7 @@ from golden.walks import STAGES, measured, seen_from
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import shipped_errors
-from pcnet3d.models.gait.gait import Stance, walks
-from pcnet3d.models.gait.take_walks import least_step
+from pcnet3d.models.gait.gait import Stance, least_step, walks
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
