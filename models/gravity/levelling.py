@@ -425,7 +425,7 @@ def with_looks(bodies: TakeUp, person: PersonFrames, looks: Sequence[tuple[float
     heard = total > 0
     up = np.where(heard[:, None], unit((weights[..., None] * np.nan_to_num(ups)).sum(axis=0)), np.nan)
     error_deg = np.sqrt(1 / np.where(heard, total, np.nan))
-    if close:  # the bound reaches the other answer, as fusion's does
+    if close:  # the bound reaches the other answer, as that of a camera that stands still does
         error_deg[both] = np.hypot(error_deg, angle_deg(*ups) / RAYLEIGH_90)[both]
     share = float(np.mean(weights[1, heard] / total[heard])) if heard.any() else 0.0
     return TakeUp(up, error_deg, {FRAMES: 1 - share, IMAGE: share}, notices=notices)

@@ -83,7 +83,7 @@ def bodies_covariance(
 ) -> np.ndarray:
     """(..., 3, 3) square radians, of the error of bodies' up (..., 3), who are surer of the camera's roll than of its
     pitch. error_deg: (...,) of pitch_roll_error_deg. lean: (..., 3, 3) of what the person leans by itself
-    (person.own_lean); None of who may face anywhere."""
+    (`own_lean`); None of who may face anywhere."""
     pitch, roll = (np.radians(sd)[..., None, None] ** 2 for sd in pitch_roll_error_deg(up, error_deg))
     across = np.eye(3) - up[..., None] * up[..., None, :]
     right = unit(np.cross(up, VIEW))  # a tilt of up along it is roll

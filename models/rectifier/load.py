@@ -1,19 +1,29 @@
-"""A rectifier by its name or file, and what one of another package answers, checked."""
+"""A rectifier by its name or file: 3DPCNet in an .onnx file, at run time by numpy and onnxruntime only; and what one of
+another package answers, checked."""
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.device import Placement, placement
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.system import cores
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.plugins.registry import open_model
+from ..common.onnx import open_onnx
 
 _ROUNDED = 0.01  # of a rotation in float16
+CHUNK = 64  # poses answered at a time; fits the caches
+_INPUTS = {"joints": [17, 3], "valid": [17]}  # each behind the batch
+_OUTPUTS = {"R": [3, 3], "error_deg": []}
 
 
 def load_rectifier(name: str | Path) -> Rectifier:
@@ -28,8 +38,6 @@ def load_rectifier(name: str | Path) -> Rectifier:
 
 @lru_cache(maxsize=8)  # several stages ask the same network
 def _network(file: Path, where: Placement) -> Rectifier:
-    from .onnx import PCNetRectifier
-
     return PCNetRectifier(file)
 
 
@@ -57,3 +65,77 @@ class Checked:
             f"Expected from the rectifier {self.method} R_camera_from_body ({rows}, 3, 3), rotations or NaN, and "
             f"error_deg ({rows},), got something else: repair its package.",
         )
+
+
+class PCNetRectifier:
+    """Rectifier from an exported network. method: the name it was trained under, or its file's, "@" and the first 12
+    digits of the file's SHA-256."""
+
+    def __init__(self, path: str | Path, threads: int | None = None) -> None:
+        """path: an .onnx file of these inputs and outputs (docs/python.md). threads: chunks answered at the same time;
+        as many as the process may use by default.
+
+        InputError when there is no such file, or it is not a rectifier.
+        """
+        # Every chunk in one thread: onnxruntime's own threads wait for each other within each layer, which costs more
+        # than it gains in layers as small as these, most of all for a single pose or beside other programs.
+        opened = open_onnx(path, "a rectifier", threads=1)
+        self.session, self.threads = opened.session, threads or cores()
+        inputs = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
+        outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
+        free = all(not isinstance(entry.shape[0], int) for entry in self.session.get_inputs() if entry.shape)
+        if inputs != _INPUTS or outputs != _OUTPUTS or not free:
+            raise InputError(
+                "wrong-network",
+                f"{path} is not a rectifier: expected the inputs {_INPUTS} and the outputs {_OUTPUTS}, each behind a "
+                f"batch of any size, got {inputs} and {outputs}{'' if free else ' of one size'}; export it as "
+                "docs/python.md shows.",
+            )
+        self.path = Path(path)
+        properties = self.session.get_modelmeta().custom_metadata_map
+        self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
+        unnamed = "pcnet" if "pcnet3d" in properties else self.path.name
+        self.method = f"{properties.get('name', unnamed)}@{opened.digest}"
+
+    def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)
+        and error_deg (T,).
+
+        A frame is NaN without a pelvis (its own, or both hips), without both hips and both shoulders to tell left
+        from right (one pair is enough), or without a thorax or both shoulders to tell where the trunk points.
+        """
+        joints, valid, usable = prepare(joints)
+        R = np.full((len(joints), 3, 3), np.nan)
+        error_deg = np.full(len(joints), np.nan)
+        rows = np.flatnonzero(usable)
+        parts = [rows[part] for part in blocks(len(rows), CHUNK)]
+
+        def answer(part: np.ndarray) -> None:
+            R[part], error_deg[part] = self.session.run(
+                ["R", "error_deg"], {"joints": joints[part], "valid": valid[part]}
+            )
+
+        if len(parts) > 1:
+            with ThreadPoolExecutor(self.threads) as pool:
+                list(pool.map(answer, parts))
+        elif parts:
+            answer(parts[0])  # at once: a frame at a time, the pool would be a tenth of its cost
+        return R, error_deg
+
+
+def prepare(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The network's input (T, 17, 3) and (T, 17), float32, and (T,) whether a frame has torso enough."""
+    joints = np.array(joints, dtype=np.float32)
+    pelvis = H36M17.index("pelvis")
+    lost = ~is_finite(joints[:, pelvis])
+    joints[lost, pelvis] = joints[lost][:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
+    valid = is_finite(joints)
+    pair = {part: valid[:, H36M17.indices((f"l_{part}", f"r_{part}"))].all(1) for part in ("hip", "shoulder")}
+    usable = (
+        valid[:, pelvis]
+        & (pair["hip"] | pair["shoulder"])
+        & (valid[:, H36M17.index("thorax")] | pair["shoulder"])
+    )
+    spread = np.ptp(np.nan_to_num(joints - joints[:, [pelvis]]), axis=1).max(axis=-1)
+    usable &= spread > 0
+    return np.where(valid[..., None], joints, 0), valid.astype(np.float32), usable

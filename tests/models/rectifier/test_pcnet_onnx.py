@@ -7,8 +7,8 @@ import pytest
 
 import pcnet3d
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.rectifier import onnx as pcnet_onnx
-from pcnet3d.models.rectifier.onnx import PCNetRectifier, prepare
+from pcnet3d.models.rectifier import load as pcnet_onnx
+from pcnet3d.models.rectifier.load import PCNetRectifier, prepare
 from pcnet3d.pipeline import H36M17, InputError
 from refusals import refused
 

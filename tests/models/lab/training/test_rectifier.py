@@ -23,7 +23,7 @@ from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import rectifier as module
 from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
-from pcnet3d.models.rectifier.onnx import PCNetRectifier
+from pcnet3d.models.rectifier.load import PCNetRectifier
 from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
