@@ -74,14 +74,9 @@ def read(path: Path) -> tuple[PoseSequence]:
             f"{path}: expected millimetres, got a body whose limbs imply a stature of "
             f"{implied_stature(remap(poses).joints):.4g}; describe the array with --adapter arrays.",
         )
-    try:
-        check_upright(poses, str(path))
-    except InputError:
-        raise InputError(
-            "wrong-axes",
-            f"{path}: expected a person who stands along z, as FreeMoCap aligns its skeletons, got one who does not; "
-            "run FreeMoCap's alignment or ground plane, or describe the array with --adapter arrays.",
-        ) from None
+    check_upright(
+        poses, str(path), "run FreeMoCap's alignment or ground plane, or read it with --adapter arrays"
+    )
     return (poses,)
 
 

@@ -49,5 +49,5 @@ def read(path: Path, made_by: Maker | None = None) -> tuple[PoseSequence]:
         frames_known=False,
         made_by=maker(made_by),
     )
-    check_upright(poses, str(path))
+    check_upright(poses, str(path), "turn the file's axes first")
     return (poses,)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -182,11 +183,8 @@ def _stated(metadata: Mapping[str, str], key: re.Pattern[str], low: float, high:
     """The number from low to high that phones write under a key; None where there is none."""
     for name, value in metadata.items():
         if key.search(name):
-            try:
-                number = float(value)
-            except ValueError:
-                return None
-            return number if low <= number <= high else None
+            with suppress(ValueError):
+                return number if low <= (number := float(value)) <= high else None
     return None
 
 

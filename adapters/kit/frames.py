@@ -259,8 +259,6 @@ def name_of(person: Mapping[str, Any], where: str) -> str | None:
 
 def track_named(idx: Any, where: str) -> str:
     """The track that `idx` names: a number, or nested lists of one and the same number. InputError for others."""
-    if type(idx) is int and abs(idx) < 1 << 53:  # as nearly always, and an array of one number takes its time
-        return str(idx)
     ids = numbers(idx, where).ravel()
     if len(ids) == 0 or not (ids == ids[0]).all() or ids[0] % 1 != 0:
         raise InputError(

@@ -25,6 +25,7 @@ _STANDS = {
     "camera": (CAMERA.with_(origin="camera"), 1, -1.0),
 }  # axis and sign of up
 _STANDING = 0.7  # cosine of legs and trunk to the vertical in the usual frame
+_TOLD_UP = "give the vertical axis with up=y or up=z (--option up=z), which is then used"
 _UNITS = ("m", "cm", "mm")
 LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
 
@@ -126,16 +127,16 @@ def upright(points: np.ndarray, layout: Layout) -> np.ndarray:
     return np.stack([np.median(part, axis=0) if len(part) else np.full(3, np.nan) for part in directions])
 
 
-def check_upright(poses: PoseSequence, where: str) -> None:
-    """InputError unless, in the usual frame, legs and trunk point along the axis that is taken for up."""
+def check_upright(poses: PoseSequence, where: str, way_out: str = _TOLD_UP) -> None:
+    """InputError unless, in the usual frame, legs and trunk point along the axis that is taken for up. way_out: what
+    the user can do, in words."""
     stands = rotate(transpose(poses.frame.basis), upright(poses.joints, poses.layout))[:, 2]
     if (stands < _UPRIGHT).all():
         axis = "y" if poses.frame.axes[1] == "up" else "z"
         raise InputError(
             "wrong-axes",
             f"{where}: expected a person who stands along +{axis}, the axis that is up in such files, but in most "
-            "frames the head is not above the feet; give the vertical axis with up=y or up=z (--option up=z), which "
-            "is then used.",
+            f"frames the head is not above the feet; {way_out}.",
         )
 
 
