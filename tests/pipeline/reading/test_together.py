@@ -39,7 +39,6 @@ def test_those_of_the_same_frames_belong_together(size, focal_px):
 
 @pytest.mark.parametrize("late", [-5, 3, 8])
 def test_a_shift_is_told(late):
-    fit = together(poses(), keypoints(rows=np.arange(20, 20 + len(PIXELS)) + late), None)
     fit = together(
         poses().with_(frame_index=np.arange(20, 20 + len(BODY)), frames_known=True),
         keypoints(rows=np.arange(20, 20 + len(PIXELS)) + late),
