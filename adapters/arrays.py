@@ -83,10 +83,10 @@ def read(
         if len(missing) < len(meaning) or keys(path):
             raise InputError("needs-input", f"Adapter 'arrays' needs the options {', '.join(missing)}, too.")
         return (_judged(path),)
-    joint_layout, axes = layout_named(layout or ""), _FRAMES.get((frame or "").upper())
+    joint_layout, axes = layout_named(str(layout)), _FRAMES.get(str(frame).upper())
     if axes is None:
         raise InputError("bad-value", f"Expected a frame of {', '.join(_FRAMES)}; got '{frame}'.")
-    axes = replace(axes, unit=unit or "", origin="camera" if axes.family == "camera" else axes.origin)
+    axes = replace(axes, unit=str(unit), origin="camera" if axes.family == "camera" else axes.origin)
     held = keys(path)
     could_be = [name for name in held if name not in _BESIDE]
     if key is None and held and len(could_be) != 1:

@@ -133,12 +133,7 @@ class Moments:
             if kind == "rate":
                 self.state(name, value)
             elif kind not in ("", "person") and isinstance(value, str | int | float | None):
-                number = _number(value) if kind == "frame" else None
-                if kind == "frame" and (number is None or not 0 <= number < 1 << 53 or number % 1):
-                    raise InputError(
-                        "wrong-content", f"{where}: expected a frame's number as '{name}', got {value!r:.60}."
-                    )
-                fields[name] = value if number is None else int(number)
+                fields[name] = _whole(value, name, where) if kind == "frame" else value
                 kinds.setdefault(kind, []).append(fields[name])
         recordings = {str(value) for kind in ("recording", "image") for value in kinds.get(kind, ())}
         if self._wanted is not None and recordings and self._wanted not in recordings:
@@ -175,12 +170,6 @@ class Moments:
                 "name-unknown",
                 f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
             )
-        if len({*self._images.values()}) < len(self._images):
-            raise InputError(
-                "files-apart",
-                f"{self._where}: expected the images of one video, each with a name of its own, got one for several; "
-                "keep each video's keypoints in a file of their own.",
-            )
         names = dict.fromkeys(name for row in self._rows for name in row)
         self._values = {name: [row.get(name) for row in self._rows] for name in names}
         self._check_one_recording()
@@ -211,6 +200,12 @@ class Moments:
         return Clock(index, time_s, frames is not None, tuple(notices))
 
     def _check_one_recording(self) -> None:
+        if len({*self._images.values()}) < len(self._images):
+            raise InputError(
+                "files-apart",
+                f"{self._where}: expected the images of one video, each with a name of its own, got one for several; "
+                "keep each video's keypoints in a file of their own.",
+            )
         for name in (*of_kind("recording", self._values), *of_kind("image", self._values)):
             values = [str(value) for value in self._values[name] if value is not None]
             names = list(dict.fromkeys(values))
@@ -287,6 +282,15 @@ class Moments:
         if values is None or len(values) < 3 or not (np.diff(values) > 0).all():
             return kind_of(name) == "time" and len(set(self._values[name])) > 1
         return not _counts_rows(values) and not (frames is not None and len(set(values - frames)) == 1)
+
+
+def _whole(value: Any, name: str, where: str) -> int:
+    number = _number(value)
+    if number is None or not 0 <= number < 1 << 53 or number % 1:
+        raise InputError(
+            "wrong-content", f"{where}: expected a frame's number as '{name}', got {value!r:.60}."
+        )
+    return int(number)
 
 
 def _number(value: Any) -> float | None:

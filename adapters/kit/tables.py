@@ -266,8 +266,8 @@ def _read(rows: Iterator[tuple[str, list[str]]], header: Header, moments: Moment
     columns = list(header.values.values())
     for where, row in rows:
         clock_cells = {header.names[i]: _decimal(row[i], header) for i in header.clocks if i < len(row)}
-        person = None if header.person is None else _cell(row, header.person)
-        person = None if person is None or person.lower() in (*_MISSING, "-1") else person
+        cell = _cell(row, header.person)
+        person = None if cell.lower() in (*_MISSING, "-1") else cell
         moment = moments.of(clock_cells, where, person)
         if moment is None:
             continue
@@ -317,13 +317,11 @@ def _sightings(
 
 def _row_label(row: list[str], header: Header) -> str:
     """The point of a row of its own."""
-    return (
-        "" if header.label is None else _label(_cell(row, header.label).lower().removeprefix("poselandmark."))
-    )
+    return _label(_cell(row, header.label).lower().removeprefix("poselandmark."))
 
 
-def _cell(row: list[str], column: int) -> str:
-    return row[column].strip() if column < len(row) else ""
+def _cell(row: list[str], column: int | None) -> str:
+    return row[column].strip() if column is not None and column < len(row) else ""
 
 
 def _decimal(cell: str, header: Header) -> str:
