@@ -260,25 +260,18 @@ def smoothed(values: np.ndarray, weights: np.ndarray, person: PersonFrames, std_
     between clip boundaries; NaN where no weight is near."""
     out = np.full(values.shape, np.nan)
     for start, end in pairwise([0, *person.seams, len(values)]):
-        part = slice(start, end)
-        out[part] = _smoothed(values[part], weights[part], person.time_s[part], std_s)
+        x, weight, time_s = values[start:end], weights[start:end], person.time_s[start:end]
+        mass, total = weight.copy(), weight[:, None] * x
+        for shift in range(1, len(x)):
+            near = np.exp(-(((time_s[shift:] - time_s[:-shift]) / std_s) ** 2) / 2)
+            if near.max() < 1e-3:
+                break
+            back, ahead = slice(None, -shift), slice(shift, None)
+            for here, there in ((ahead, back), (back, ahead)):
+                mass[here] += near * weight[there]
+                total[here] += (near * weight[there])[:, None] * x[there]
+        out[start:end] = total / np.where(mass > 1e-9, mass, np.nan)[:, None]
     return out
-
-
-def _smoothed(values: np.ndarray, weights: np.ndarray, time_s: np.ndarray, std_s: float) -> np.ndarray:
-    total = weights[:, None] * values
-    mass = weights.copy()
-    for shift in range(1, len(values)):
-        near = np.exp(-(((time_s[shift:] - time_s[:-shift]) / std_s) ** 2) / 2)
-        if near.max() < 1e-3:
-            break
-        for here, there in (
-            (slice(shift, None), slice(None, -shift)),
-            (slice(None, -shift), slice(shift, None)),
-        ):
-            mass[here] += near * weights[there]
-            total[here] += (near * weights[there])[:, None] * values[there]
-    return total / np.where(mass > 1e-9, mass, np.nan)[:, None]
 
 
 def take_rotation(

@@ -4,6 +4,7 @@ own: keypoints (T, K, 3), the image's size, frames a second -> (T, 17, 3)."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import LIFTER_TAKES, Lifter
 from ...pipeline.plugins.registry import open_model
 from ...pipeline.reading.given import numbers
-from ...pipeline.signals.filters import on_lines
+from ...pipeline.signals.filters import each_path, on_lines
 from ..common.function import failed, name_of
 from .builtin import OwnLifter, network
 from .keypoints import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
@@ -49,7 +50,10 @@ class FunctionLifter:
         refuse_two_people(pixels, rate)
         visible = is_finite(pixels)
         score = np.where(visible, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
-        x = np.concatenate([filled(pixels), score[..., None]], axis=-1).astype(np.float32)
+        # On a line from where a joint was last seen to where it is seen again; one that is never seen in the middle.
+        lines = each_path(partial(on_lines, at=np.arange(len(pixels))), pixels)
+        lines = np.where(np.isnan(lines), np.nanmean(lines, axis=1, keepdims=True), lines)
+        x = np.concatenate([lines, score[..., None]], axis=-1).astype(np.float32)
         joints = self._answer(x, (width, height), rate or USUAL_HZ)
         unseen = long_gaps(np.any(visible, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
@@ -81,18 +85,6 @@ class FunctionLifter:
         if np.isnan(joints).all():
             raise failed("lift", self._function, "every coordinate is NaN.")
         return joints.astype(np.float64)
-
-
-def filled(pixels: np.ndarray) -> np.ndarray:
-    """Pixels (T, J, 2) with missing joints on a line from when they were last seen to when they are seen again.
-
-    A joint that is never seen lies in the middle of the others.
-    """
-    out = pixels.astype(np.float64)
-    frame = np.arange(len(out))
-    for values in np.moveaxis(out.reshape(len(out), -1), -1, 0):  # a view: one coordinate of one joint
-        values[:] = on_lines(values, frame)
-    return np.where(np.isnan(out), np.nanmean(out, axis=1, keepdims=True), out)
 
 
 def load_lifter(name: str | Path | Callable[..., Any] = "pcnet3d", unit: str | None = None) -> Lifter:
