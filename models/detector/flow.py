@@ -123,7 +123,10 @@ def flow_of(
     near = lags == NEAR_LAGS  # else of a part
     if near:
         cuts = [int(start) for start in starts[1:][np.diff(starts) > 1]]
-        ways += [Way(0, rate) for rate in _rates(last - first)]
+        # Those of one video that was made into another, and those of a lag that grows.
+        steps = max(round(_GROWS * (last - first) / _AT_THE_END), 1)
+        growing = 1 + _GROWS * np.arange(-steps, steps + 1) / steps
+        ways += [Way(0, rate) for rate in sorted({*RATES, *growing.tolist()} - {1.0})]
         ways += [Way(lag, 1.0, cut) for lag in lags for cut in cuts if lag]
     numbered = moved(lambda frames: frames)
     better: dict[Way, float] = {}
@@ -166,13 +169,6 @@ def _how(alike: float, way: Way, better: bool, mirrored: float, backwards: float
         when = "later" if lag > 0 else "earlier"
         return f": they fit {abs(lag)} frames {when}" + (f" from frame {since} on" if since else "")
     return "" if alike < _ALIKE else None
-
-
-def _rates(rows: int) -> list[float]:
-    """Rates that are tried of a track of so many rows: those of one video that was made into another, and those of a
-    lag that grows."""
-    steps = max(round(_GROWS * rows / _AT_THE_END), 1)
-    return sorted({*RATES, *(1 + _GROWS * np.arange(-steps, steps + 1) / steps).tolist()} - {1.0})
 
 
 def _at(numbers: np.ndarray, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -252,20 +252,13 @@ def _turned(
     if not lands:
         return np.zeros(0)
     at_s, sides = map(np.array, zip(*lands, strict=True))
-    facing = _facing(facing_deg, time_s, at_s, seams)
+    angle = np.radians(facing_deg)
+    x, y = resample(np.stack([np.cos(angle), np.sin(angle)], axis=-1), time_s, at_s, seams).T
+    finite, facing = np.isfinite(x), np.full(len(at_s), np.nan)
+    facing[finite] = np.degrees(np.unwrap(np.arctan2(y[finite], x[finite])))  # no jumps by a whole turn
     ends = np.flatnonzero((np.diff(at_s) > _STEP_S[1]) | (sides[1:] == sides[:-1])) + 1
     swing = np.concatenate([_swing(of_walk) for of_walk in np.split(facing, ends)])
     return np.abs(np.diff(facing - swing))
-
-
-def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:
-    """facing_deg (T,) at other times (N,), without jumps by a whole turn."""
-    angle = np.radians(facing_deg)
-    x, y = resample(np.stack([np.cos(angle), np.sin(angle)], axis=-1), time_s, at_s, seams).T
-    finite = np.isfinite(x)
-    result = np.full(len(at_s), np.nan)
-    result[finite] = np.degrees(np.unwrap(np.arctan2(y[finite], x[finite])))
-    return result
 
 
 def _swing(facing_deg: np.ndarray) -> np.ndarray:
@@ -430,6 +423,8 @@ def time_values(gait: Gait) -> Values:
         # toe-off: support by both where positive, flight where negative.
         first, last = other_off - start, off - other_start
         single = np.minimum(other_start, off) - np.maximum(other_off, start)
+        # Each, or the one that is seen.
+        one, other = np.where(np.isfinite(first), first, last), np.where(np.isfinite(last), last, first)
         row = {
             "step_time_s": np.array(
                 [s.stop_s - s.start_s for s in gait.steps if s.side == side], dtype=np.float64
@@ -441,16 +436,11 @@ def time_values(gait: Gait) -> Values:
             "swing_percent": 100 * swing / stride,
             "single_support_percent": 100 * single / stride,
             "double_support_percent": 100 * (first + last) / stride,
-            "flight_time_s": -_seen_mean(first, last),
+            "flight_time_s": -(one + other) / 2,
         }
         for name, values in row.items():
             result.setdefault(name, {})[side] = values
     return result
-
-
-def _seen_mean(first: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(N,) the mean of two values, or the one that is finite."""
-    return (np.where(np.isfinite(first), first, other) + np.where(np.isfinite(other), other, first)) / 2
 
 
 def gait_of(motion: Motion) -> Gait:
