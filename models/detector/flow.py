@@ -123,10 +123,7 @@ def flow_of(
     near = lags == NEAR_LAGS  # else of a part
     if near:
         cuts = [int(start) for start in starts[1:][np.diff(starts) > 1]]
-        # Those of one video that was made into another, and those of a lag that grows.
-        steps = max(round(_GROWS * (last - first) / _AT_THE_END), 1)
-        growing = 1 + _GROWS * np.arange(-steps, steps + 1) / steps
-        ways += [Way(0, rate) for rate in sorted({*RATES, *growing.tolist()} - {1.0})]
+        ways += [Way(0, rate) for rate in _rates(last - first)]
         ways += [Way(lag, 1.0, cut) for lag in lags for cut in cuts if lag]
     numbered = moved(lambda frames: frames)
     better: dict[Way, float] = {}
@@ -148,27 +145,36 @@ def flow_of(
         way,
         _how(
             alike,
+            float(_alike(*best)),
+            gain,
             way,
-            gain > _BETTER and float(_alike(*best)) > (_ALIKE if way.lag in NEAR_LAGS else _OF_A_PART),
             mirrored=float(_alike(*moved(lambda frames: frames, mirrored=True))),
             backwards=float(_alike(*moved(lambda frames: first + last - frames))),
         ),
     )
 
 
-def _how(alike: float, way: Way, better: bool, mirrored: float, backwards: float) -> str | None:
-    """As Flow says. better: whether way fits clearly better. mirrored, backwards: how alike the movements are of
-    keypoints that are mirrored, and of ones that run backwards."""
+def _how(alike: float, best: float, gain: float, way: Way, mirrored: float, backwards: float) -> str | None:
+    """As Flow says. best: how alike movements are by that way; gain: by how much that is more, in the images that both
+    have. mirrored, backwards: of keypoints that are mirrored, and of ones that run backwards."""
     if max(mirrored, backwards) > max(alike + _OTHER_WAY, _ALIKE):
         turned = "is mirrored" if mirrored >= backwards else "runs backwards"
         return f": they move as in a video that {turned}"
     lag, rate, since = way
+    better = gain > _BETTER and best > (_ALIKE if lag in NEAR_LAGS else _OF_A_PART)
     if better and rate != 1:
         return f": they fit where their numbers grow {rate:.3g} times as fast as the video's"
     if better and abs(lag) > 1:
         when = "later" if lag > 0 else "earlier"
         return f": they fit {abs(lag)} frames {when}" + (f" from frame {since} on" if since else "")
     return "" if alike < _ALIKE else None
+
+
+def _rates(rows: int) -> list[float]:
+    """Rates that are tried of a track of so many rows: those of one video that was made into another, and those of a
+    lag that grows."""
+    steps = max(round(_GROWS * rows / _AT_THE_END), 1)
+    return sorted({*RATES, *(1 + _GROWS * np.arange(-steps, steps + 1) / steps).tolist()} - {1.0})
 
 
 def _at(numbers: np.ndarray, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:

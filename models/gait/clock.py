@@ -94,11 +94,17 @@ def _swing(level: PoseSequence) -> tuple[float, float]:
     (swing_s, reach, lift), (stance_s, _, below) = (np.median(each, axis=0) for each in (swing, stance))
     if not _REACH[0] < reach < _REACH[1] or swing_s * level.fps < _FEWEST_ROWS:
         return none
+    knee_deg = float(np.nanmedian(np.fmin(*knees_deg)))
     walks = stance_s > _WALKS * swing_s and lift - below < _LIFT and not backwards
-    kind = "walk" if walks and np.nanmedian(np.fmin(*knees_deg)) < _STRAIGHT_DEG else "run"
+    return float(swing_s), _too_quick(swing_s, walks, knee_deg)
+
+
+def _too_quick(swing_s: float, walks: bool, knee_deg: float) -> float:
+    """How many times too quickly legs swing, of which the straighter knee bends by so much; 1 within what people do."""
+    kind = "walk" if walks and knee_deg < _STRAIGHT_DEG else "run"
     if swing_s < _QUICKEST[kind]:
-        return float(swing_s), _USUAL[kind] / swing_s
-    return (float(swing_s), _USUAL["walk"] / swing_s) if walks and swing_s > _SLOWEST else none
+        return _USUAL[kind] / swing_s
+    return _USUAL["walk"] / swing_s if walks and swing_s > _SLOWEST else 1.0
 
 
 def _whole(halves: np.ndarray) -> np.ndarray:
