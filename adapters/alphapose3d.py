@@ -59,19 +59,18 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
         box = numbers(entry.get("box") or [], f"{where}, box")  # left, top, width and height
         corners = np.concatenate([box[:2], box[:2] + box[2:]]) if box.shape == (4,) else None
         sightings.add(moment, unit_m * joints, person=person, box=corners)
-    everybody = sightings.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock())
-    return tuple(_of_smpl(poses, path) for poses in everybody)
-
-
-def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
-    joints = h36m17_named(poses.joints, list(poses.layout.joints))
-    stature = implied_stature(joints)
-    if not _STATURE_M[0] < stature < _STATURE_M[1]:
-        raise InputError(
-            "wrong-axes",
-            f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; give the file's unit "
-            "in metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000.",
-        )
-    made = poses.with_(joints=joints, layout=H36M17, confidence=None)
-    derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
-    return made.deriving("smpl", derived)
+    everybody = []
+    for poses in sightings.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock()):
+        joints = h36m17_named(poses.joints, list(_SMPL.joints))
+        stature = implied_stature(joints)
+        if not _STATURE_M[0] < stature < _STATURE_M[1]:
+            raise InputError(
+                "wrong-axes",
+                f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; give the file's "
+                "unit in metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over "
+                "1000.",
+            )
+        made = poses.with_(joints=joints, layout=H36M17, confidence=None)
+        derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
+        everybody.append(made.deriving("smpl", derived))
+    return tuple(everybody)

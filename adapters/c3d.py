@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.core.errors import InputError, naming
+from ..pipeline.core.errors import naming
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up, read_c3d
 from .kit.opened import first_bytes
@@ -44,8 +44,6 @@ def read(
     capture's, but for our own and those of programs that need no markers, by the name in MANUFACTURER. InputError when
     the file is no C3D, or its points are not joint centres under names in use.
     """
-    if not path.is_file():
-        raise InputError("cannot-open", f"Expected a C3D file at {path}, found no file there.")
     with naming(path):
         markers = read_c3d(path)
     return people_of(markers, str(path), unit, up, maker(made_by, markers.made_by))

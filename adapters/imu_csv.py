@@ -113,13 +113,8 @@ def read(path: Path) -> tuple[Imu]:
         raise InputError(
             "times-broken", f"Expected time_s of {path} to increase from line to line; it does not."
         )
-    return (
-        imu_from_samples(
-            time_s,
-            np.stack([table[column] for column in _FORCE], axis=-1),
-            _rotations(table),
-        ),
-    )
+    force = np.stack([table[column] for column in _FORCE], axis=-1)
+    return (imu_from_samples(time_s, force, _rotations(table)),)
 
 
 def _rotations(table: dict[str, np.ndarray]) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import InputError, readable
 from ..core.layouts import H36M17
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy
@@ -147,9 +147,11 @@ def read_c3d(path: Path) -> Markers:
     """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories, unless the
     file's POINT Y_SCREEN says +Y (formats.md section 6). Time begins with the first row, but in our own files where
     that frame's number says, as the take's does. InputError for what is no C3D."""
+    with readable(path, "a C3D file"):
+        content = path.read_bytes()
     try:
-        file = parse(path.read_bytes())
-    except (OSError, ValueError) as error:
+        file = parse(content)
+    except ValueError as error:
         raise InputError("format-unknown", f"expected a C3D file with points: {error}.") from None
     parameters = {name: texts(file.parameters, f"POINT:{name}") for name in ("LABELS", "UNITS", "Y_SCREEN")}
     names = parameters["LABELS"][: file.points.shape[1]]
