@@ -31,6 +31,8 @@ from ...angle_error.posture import features, growth, posture
 from ...angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
 from ...common.metrics import relative
 from ...gravity.view import camera_of, known_camera
+from ...lifter.builtin import OwnLifter, network
+from ...lifter.load import load_lifter
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..synthetic.bodies import BodyRange
 from .judge import BINS, Stated
@@ -59,11 +61,23 @@ Sets = Literal["test", "val", "tennis", "cmu"]
 
 @dataclass(frozen=True)
 class EvaluationSet:
-    """label: its name in tables. subjects: whose clips; of: those of that data set only (clips.data_set)."""
+    """label: its name in tables. subjects: whose clips; of: those of that data set only (clips.data_set). known: the
+    lifter may have been trained on them, for nobody is judged by them alone."""
 
     label: str
     subjects: Subjects
     of: str | None = None
+    known: bool = False
+
+    def refuse_known(self, lifter: str) -> None:
+        """InputError for a lifter that was trained on these people."""
+        opened = load_lifter(lifter) if lifter and not self.known else None
+        if isinstance(opened, OwnLifter) and network(opened.model).trained_on == self.subjects:
+            raise InputError(
+                "files-apart",
+                f"Expected a lifter that never saw the subjects '{self.subjects}', but {lifter} was trained on them; "
+                "give another one (lab testbed takes --trained-on where nobody is judged by its takes).",
+            )
 
     def clips(self) -> tuple[Clip, ...]:
         """The motion capture of the set; InputError where the data is not, or no take of it is long enough."""
@@ -251,7 +265,8 @@ def seen_takes(
     asked: Configuration, of: EvaluationSet, only: Callable[[Clip], bool] = lambda clip: True
 ) -> Iterator[SeenTake]:
     """Every take of the set of at least MIN_FRAMES frames before a virtual camera; cameras and the detector depend on
-    the seed and the clip only. only: which clips."""
+    the seed and the clip only. only: which clips. InputError for a lifter that knows these people."""
+    of.refuse_known(asked.lifter)
     usual = replace(BEDS[asked.bed], pans=float(asked.camera == "moving"))
     clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
     for clip in each(clips, of.label, len(clips)):

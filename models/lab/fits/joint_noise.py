@@ -112,7 +112,7 @@ def fit(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Recti
 def learn(output: Path) -> None:
     """Write the noise that was learned. The lifter saw the train people, whom it lifts a sixth better than others; the
     sizes are of validation people, once with proportions that are drawn."""
-    train, val = (EvaluationSet(part, part) for part in ("train", "val"))
+    train, val = EvaluationSet("train", "train", known=True), EvaluationSet("val", "val")
     judged = chain(lifted(Configuration(), val), lifted(Configuration(seed=1, bodies=BodyRange()), val))
     noise = fit(lifted(Configuration(), train), judged, load_rectifier("pcnet"))
     write_text(output, noise.as_json())
