@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, naming
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import Lifted, ToLift
@@ -54,7 +54,8 @@ class FunctionLifter:
         lines = each_path(partial(on_lines, at=np.arange(len(pixels))), pixels)
         lines = np.where(np.isnan(lines), np.nanmean(lines, axis=1, keepdims=True), lines)
         x = np.concatenate([lines, score[..., None]], axis=-1).astype(np.float32)
-        joints = self._answer(x, (width, height), rate or USUAL_HZ)
+        with naming("In frames {} to {}".format(*keypoints.frame_index[[0, -1]])):
+            joints = self._answer(x, (width, height), rate or USUAL_HZ)
         unseen = long_gaps(np.any(visible, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
         joints = joints - joints[:, [H36M17.index("pelvis")]]

@@ -193,12 +193,12 @@ def test_nobody_in_any_image(film, nobody):
         (lambda keypoints, size: keypoints, "TypeError"),
         (lambda keypoints, size, fps: np.zeros((59, 17, 3)), "(59, 17, 3)"),
         (lambda keypoints, size, fps: np.zeros((60, 16, 3)), "(60, 16, 3)"),
-        (lambda keypoints, size, fps: None, "failed"),
+        (lambda keypoints, size, fps: None, "frames 0 to 59"),
         (lambda keypoints, size, fps: np.full((60, 17, 3), np.nan), "NaN"),
     ],
 )
-def test_a_lifter_that_fails_is_told_with_its_name(keypoints, answer, said):
-    with refused("plugin-broken", said, "lift", "<lambda>"):
+def test_a_lifter_that_fails_is_told_with_its_name_and_the_frames(keypoints, answer, said):
+    with refused("plugin-broken", said, "lift", "<lambda>", "frames 0 to 59"):
         pcnet3d.process(keypoints=keypoints, fps=FPS, image_size=SIZE, lift=answer)
 
 
