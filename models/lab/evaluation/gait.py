@@ -74,21 +74,21 @@ def rows(asked: Configuration) -> Iterator[Row]:
     Matched, and "figures", figure: Stated), and ("sets", label, "false steps"), of takes without a walk; nothing of
     takes that a run refuses or cannot level."""
     for path, known in PATHS.items():
-        for one in finished(replace(asked, focal_known=known)):
-            if not one.levelled:
+        for run in finished(replace(asked, focal_known=known)):
+            if not run.levelled:
                 continue
-            true = true_gait(one.truth)
-            place, walked = ("sets", one.label, true.kind), true.kind != "none"
+            true = true_gait(run.truth)
+            place, walked = ("sets", run.label, true.kind), true.kind != "none"
             if known:
-                steps = sum(one.done.figures.group("walking", words).count("steps") for words in SIDES)
+                steps = sum(run.done.figures.group("walking", words).count("steps") for words in SIDES)
                 if walked:
                     yield (*place, "takes"), 1
                     yield (*place, "steps"), np.array([steps, len(true.steps)])
                     yield from (
-                        ((*place, "events", event), of) for event, of in events(one.done, true).items()
+                        ((*place, "events", event), of) for event, of in events(run.done, true).items()
                     )
-                yield ("sets", one.label, "false steps"), 0 if walked else steps
-            for stated in walks(one, true):
+                yield ("sets", run.label, "false steps"), 0 if walked else steps
+            for stated in walks(run, true):
                 of_length = stated.statement.removesuffix(SIDES_APART) in OF_LENGTH
                 if walked and (of_length or known):
                     name = f"{stated.statement}, {path}" if of_length else stated.statement
@@ -157,18 +157,18 @@ def _even(walk: Sequence[Step]) -> bool:
     return max(times) <= _UNEVEN * min(times)
 
 
-def walks(one: Finished, true: Gait) -> Iterator[Stated]:
+def walks(run: Finished, true: Gait) -> Iterator[Stated]:
     """Means of a take's walks or runs, by the names of models.gait, against those of the same steps in truth, and
     those of the right side less the left's; of static cameras. true: `true_gait` of the truth. Nothing of a take in
     which nobody walks, or no walk is found."""
-    walking = one.done.figures.group("walking")
+    walking = run.done.figures.group("walking")
     lands = [at for side in SIDES for at in walking.group(side).times("landings")]
     if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps if lands):
         return
     part = Gait(true.feet, true_walks(walking, true.feet))
     if not part.walks:
         return
-    values = _values(part, one.truth)
+    values = _values(part, run.truth)
     means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
 
     def half(row: str) -> float:
@@ -179,14 +179,14 @@ def walks(one: Finished, true: Gait) -> Iterator[Stated]:
         found = walking.value(row)
         of = 60 / means["step_time_s"] if row == "cadence" else means[name]
         if found is not None and np.isfinite(of):
-            yield one.figure(name, found, of, half(row))
+            yield run.figure(name, found, of, half(row))
     for row, name in _ROWS.items():
         right, left = (walking.group(side).value(row) for side in SIDES)
         off = mean(values[name]["r"]) - mean(values[name]["l"])
         if right is not None and left is not None and np.isfinite(off):
             size = (right + left) / 2
             of_sides = half(_COMPARED[row]) / 100 * size if row in _COMPARED else np.nan
-            yield one.figure(name + SIDES_APART, right - left, off, of_sides)
+            yield run.figure(name + SIDES_APART, right - left, off, of_sides)
 
 
 def _values(gait: Gait, truth: SeenTake) -> Values:

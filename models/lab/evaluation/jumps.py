@@ -76,15 +76,15 @@ def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
     return [each for each in flown(poses).flights if abs(each.fall * stature / GRAVITY - 1) < _FREE]
 
 
-def compared(one: Finished) -> Compared:
+def compared(run: Finished) -> Compared:
     """The jumps that a take's measures have, against the true ones; of both the error of each figure."""
-    stature, true = implied_stature(one.truth.truth), true_flights(one.truth)
-    jumps = one.done.figures.group("jumps")
-    times = {one.number: one.value for one in jumps.repetitions("flight_time")}
+    stature, true = implied_stature(run.truth.truth), true_flights(run.truth)
+    jumps = run.done.figures.group("jumps")
+    times = {each.number: each.value for each in jumps.repetitions("flight_time")}
     spans = [(start, start + times[i]) for i, start in enumerate(jumps.times("start"))]
     at = [next((of for of in true if start < of.land_s and of.off_s < stop), None) for start, stop in spans]
     others = [span for span, flight in zip(spans, at, strict=True) if flight is None]
-    hops = sum(_off_floor(one.truth, span, stature) for span in others)
+    hops = sum(_off_floor(run.truth, span, stature) for span in others)
     figures = []
     for statement, (name, factor) in _FIGURES.items():
         for row in jumps.repetitions(name):
@@ -92,7 +92,7 @@ def compared(one: Finished) -> Compared:
             value = None if flight is None else _figure(name, flight, true, stature)
             if value is not None:
                 half = factor * bar(row.error)
-                figures.append(one.figure(statement, factor * row.value, factor * value, half))
+                figures.append(run.figure(statement, factor * row.value, factor * value, half))
     found = {flight.off_s for flight in at if flight is not None}
     return Compared(len(true), len(found), figures, hops, len(others) - hops)
 
@@ -114,12 +114,12 @@ def rows(asked: Configuration) -> Iterator[Row]:
     for fps in (30.0, 60.0):
         how = replace(asked, image=True, fps=fps)
         of_train = finished(how, [_TRAIN], _flies) if asked.people == "val" else ()
-        for one in chain(finished(how), of_train):
-            place = ("sets", one.label, f"{fps:g}")
-            yield ("refused",), int(one.take is None)
-            if one.take is None:
+        for run in chain(finished(how), of_train):
+            place = ("sets", run.label, f"{fps:g}")
+            yield ("refused",), int(run.take is None)
+            if run.take is None:
                 continue
-            of = compared(one)
+            of = compared(run)
             counts = {
                 "takes": 1,
                 "true": of.true,

@@ -36,36 +36,36 @@ def rows(asked: Configuration) -> Iterator[Row]:
     InputError where the data is not."""
     for take, name in _TAKES.items():
         for how, image in _IMAGE.items():
-            of_each = {one.truth.clip: row(one) for one in finished(replace(asked, image=image, real=name))}
+            of_each = {run.truth.clip: row(run) for run in finished(replace(asked, image=image, real=name))}
             yield from (((take, how, camera), figures) for camera, figures in of_each.items())
             yield from (((take, how, "mean"), figures) for figures in of_each.values())
 
 
-def row(one: Finished) -> dict[str, Any]:
+def row(run: Finished) -> dict[str, Any]:
     """One camera's figures, NaN without an answer."""
     figures: dict[str, Any] = {"levelled": 0.0, "up_deg": np.nan, "stated_deg": np.nan}
-    if one.take is not None:
-        rectified = one.take.need("rectified")
+    if run.take is not None:
+        rectified = run.take.need("rectified")
         figures = {
             "levelled": float(rectified.level_ok),
-            "up_deg": float(angle_deg(rectified.R_source_from_level[..., 2], one.truth.up).mean()),
+            "up_deg": float(angle_deg(rectified.R_source_from_level[..., 2], run.truth.up).mean()),
             "stated_deg": mean(rectified.up_error_deg),
         }
-    if np.isfinite(one.truth.truth[:, _LIMB_ROWS]).all():
-        figures["rigid_mm"] = np.nan if one.take is None else rigid_mm(one)
-        off = {stated.statement: stated.error for stated in of_frames(one)}
+    if np.isfinite(run.truth.truth[:, _LIMB_ROWS]).all():
+        figures["rigid_mm"] = np.nan if run.take is None else rigid_mm(run)
+        off = {stated.statement: stated.error for stated in of_frames(run)}
         for angle in _ANGLES:
             error = off.get(angle, np.full(1, np.nan))
             figures[angle] = {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
     return figures
 
 
-def rigid_mm(one: Finished) -> float:
+def rigid_mm(run: Finished) -> float:
     """Mean distance of the limbs' joints, both bodies relative to the mid-hips, after the best rotation and scale for
     the take, whichever way is up."""
     found, true = (
         relative(joints.astype(np.float64))[:, _LIMB_ROWS]
-        for joints in (one.done.need("poses").joints, one.truth.truth[one.rows])
+        for joints in (run.done.need("poses").joints, run.truth.truth[run.rows])
     )
     R_true_from_found = kabsch(true.reshape(-1, 3), found.reshape(-1, 3))
     return mean(1000 * joint_error(scaled(rotate(R_true_from_found, found), true, "take"), true))

@@ -79,9 +79,9 @@ def rows(asked: Configuration) -> Iterator[Row]:
         )
     lifted = (("lifted", replace(asked, image=True, seed=seed)) for seed in range(_CAMERAS))
     for poses, how in (("captured", Configuration(lifter="", up_told=True)), *lifted):
-        for one in finished(how, _SETS, lambda clip: clip.name in labels):
-            for movement, labelled in labels[one.truth.clip].items():
+        for run in finished(how, _SETS, lambda clip: clip.name in labels):
+            for movement, labelled in labels[run.truth.clip].items():
                 names = movement.split(".")  # such as "knee_bends" or "arm_raises.left"
-                series = judge(labelled, [] if one.take is None else one.take.figures.group(*names).spans)
+                series = judge(labelled, [] if run.take is None else run.take.figures.group(*names).spans)
                 yield ("judged", poses, names[0]), series
                 yield ("judged", poses, "all"), series

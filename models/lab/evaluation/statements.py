@@ -59,58 +59,58 @@ _MOVEMENTS = {("knee_bends",): "knee bends"} | {
 _DRIVES = {"arm_raises.right": "r_shoulder_elevation", "arm_raises.left": "l_shoulder_elevation"}
 
 
-def statements(one: Finished) -> Iterator[Stated]:
+def statements(run: Finished) -> Iterator[Stated]:
     """Everything that is judged of one take; nothing of one that a run refuses."""
-    yield from of_frames(one)
-    yield from of_figures(one)
+    yield from of_frames(run)
+    yield from of_figures(run)
 
 
-def of_frames(one: Finished) -> Iterator[Stated]:
+def of_frames(run: Finished) -> Iterator[Stated]:
     """Everything that is judged of one take's frames. One that is not levelled has joints, where all are known, and a
     place."""
-    if one.take is None:
+    if run.take is None:
         return
-    if one.lifted and is_finite(one.truth.truth).all():
-        yield from joints(one)
-    if one.levelled:
-        yield up(one)
-        yield rotation(one)
-        if one.lifted and one.take.kinematics:
-            yield from angles(one)
-    if one.lifted:
-        yield from paths(one)
+    if run.lifted and is_finite(run.truth.truth).all():
+        yield from joints(run)
+    if run.levelled:
+        yield up(run)
+        yield rotation(run)
+        if run.lifted and run.take.kinematics:
+            yield from angles(run)
+    if run.lifted:
+        yield from paths(run)
 
 
-def up(one: Finished) -> Stated:
+def up(run: Finished) -> Stated:
     """One case a take before a static camera, one a frame before a moving one."""
-    rectified = one.done.need("rectified")
-    found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(one.rows), 3))
-    true = np.broadcast_to(one.truth.up, (len(one.truth.lying), 3))[one.rows]
+    rectified = run.done.need("rectified")
+    found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(run.rows), 3))
+    true = np.broadcast_to(run.truth.up, (len(run.truth.lying), 3))[run.rows]
     error, half = angle_deg(found, true), rectified.up_bound_deg
-    if one.static:
-        return one.stated("up", error[:1], half[:1], one.reached())
-    return one.stated("up", error, half)
+    if run.static:
+        return run.stated("up", error[:1], half[:1], run.reached())
+    return run.stated("up", error, half)
 
 
-def rotation(one: Finished) -> Stated:
+def rotation(run: Finished) -> Stated:
     """BODY's rotation."""
-    rectified = one.done.need("rectified")
-    error = geodesic_deg(rectified.R_source_from_body, one.truth.R_camera_from_body[one.rows])
+    rectified = run.done.need("rectified")
+    error = geodesic_deg(rectified.R_source_from_body, run.truth.R_camera_from_body[run.rows])
     of_up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
     half = np.hypot(_UP_90 * of_up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - of_up**2))
-    return one.stated("BODY's rotation", error, half)
+    return run.stated("BODY's rotation", error, half)
 
 
-def joints(one: Finished) -> Iterator[Stated]:
+def joints(run: Finished) -> Iterator[Stated]:
     """Joints relative to the pelvis, in the camera's axes: the length of their error in standard deviations of their
     covariance; and what it is fitted by, their errors along the ray to the body and across it. None of a take without
     such a covariance."""
-    filtered, rectified = one.done.need("filtered"), one.done.need("rectified")
-    own, turning = rectified.level.covariance, turns_of(one.done)
+    filtered, rectified = run.done.need("filtered"), run.done.need("rectified")
+    own, turning = rectified.level.covariance, turns_of(run.done)
     if filtered.covariance is None or own is None or turning is None:
         return
     R = transpose(rectified.R_source_from_level)
-    found, true = filtered.joints.astype(np.float64), rotate(R, one.truth.truth[one.rows])
+    found, true = filtered.joints.astype(np.float64), rotate(R, run.truth.truth[run.rows])
     lengths = (np.linalg.norm(x[:, _AWAY], axis=-1) for x in (scaled(found, true, "take"), found))
     size = float(np.nanmedian(np.divide(*lengths)))
     error = size * found[:, _AWAY] - true[:, _AWAY]
@@ -123,7 +123,7 @@ def joints(one: Finished) -> Iterator[Stated]:
 
     ray = np.broadcast_to(turning.ray[:, None], error.shape)[fine]
     reach = np.linalg.norm(found[:, _AWAY], axis=-1) / implied_stature(filtered.joints)
-    bins = {name: of_each(values) for name, values in one.bins.items()}
+    bins = {name: of_each(values) for name, values in run.bins.items()}
     pitch, focal = of_each(turning.pitch), of_each(turning.focal)
     known = {
         "stated": np.sqrt(np.einsum("tjii->tj", covariance))[fine],
@@ -135,7 +135,7 @@ def joints(one: Finished) -> Iterator[Stated]:
     error, covariance = error[fine], covariance[fine]
     solved = np.linalg.solve(covariance, error[..., None])[..., 0]
     distance = np.sqrt(np.maximum((solved * error).sum(-1), 0))
-    yield one.stated("joints", distance, np.full(len(distance), _CHI_90), bins)
+    yield run.stated("joints", distance, np.full(len(distance), _CHI_90), bins)
     lever = size**2 * levers(filtered.joints, turning.ray)[:, _AWAY][fine]
     own = size**2 * own[:, _AWAY][fine]
     along = (error * ray).sum(-1)
@@ -147,7 +147,7 @@ def joints(one: Finished) -> Iterator[Stated]:
         square = part(lever, ray)
         parts = {"own": part(own, ray), "by focal": square * focal**2, "by pitch": square * pitch**2}
         squares = {name: factor**2 * each for name, each in parts.items()}
-        yield one.stated(statement, miss, factor * np.sqrt(part(covariance, ray)), {**known, **squares})
+        yield run.stated(statement, miss, factor * np.sqrt(part(covariance, ray)), {**known, **squares})
 
 
 def _along(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
@@ -160,59 +160,59 @@ def _across(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
     return (np.einsum("nii->n", covariance) - _along(covariance, ray)) / 2
 
 
-def angles(one: Finished) -> Iterator[Stated]:
+def angles(run: Finished) -> Iterator[Stated]:
     """Every angle and its rate, both sides together; `noise`, `tilt` and `model` are what their errors are made of,
     before their factors (JointNoise.whole, of_rate), the posture what angles' grow with."""
-    take, of, rows = one.done, one.stances, one.rows
-    noise = shipped_noise() if one.asked.errors is None else read_noise(one.asked.errors)
+    take, of, rows = run.done, run.stances, run.rows
+    noise = shipped_noise() if run.asked.errors is None else read_noise(run.asked.errors)
     plain = replace(noise, factors={}, tilts={}, more={}, postures={})
     parts_of, _, faster = angle_series(
         take.need("poses"), take.need("rectified"), take.need("filtered"), plain
     )
-    true_rates = angle_rates(one.true_angles, one.truth.keypoints.times)
+    true_rates = angle_rates(run.true_angles, run.truth.keypoints.times)
     columns, parts = take.need("kinematics"), dict[str, list[Stated]]()
     for name in ANGLES:
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
-        true, raw = one.true_angles[name], parts_of[name]
+        true, raw = run.true_angles[name], parts_of[name]
         use = (true.reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE) & np.isfinite(raw.noise_deg)
         error = np.where(use, near(value - true.value_deg[rows], 0.0), np.nan)
         known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
         known |= {each: of[each] for each in (*FEATURES, "posture")} | {"arms": of[arms_of(name)]}
         both = of_both(name)
-        parts.setdefault(both, []).append(one.stated(both, error, SD_90 * sd, known))
+        parts.setdefault(both, []).append(run.stated(both, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         model = noise.of_model(name, rate_sd, rate, faster)
-        known = {"rate": np.abs(rate), "model": model, "faster": faster, **one.bins}
-        of_rate = one.stated(f"rate of {both}", error, SD_90 * rate_sd, known)
+        known = {"rate": np.abs(rate), "model": model, "faster": faster, **run.bins}
+        of_rate = run.stated(f"rate of {both}", error, SD_90 * rate_sd, known)
         parts.setdefault(of_rate.statement, []).append(of_rate)
     yield from map(joined, parts.values())
 
 
-def paths(one: Finished) -> Iterator[Stated]:
+def paths(run: Finished) -> Iterator[Stated]:
     """Everything of lifted poses in metres; motions before a static camera, for one that pans turns them."""
-    camera = one.done.need("camera")
+    camera = run.done.need("camera")
     if camera.focal_source != "told":
-        off = np.array([1 - one.truth.focal_px / camera.focal_px])
+        off = np.array([1 - run.truth.focal_px / camera.focal_px])
         half = np.array([SD_90 * camera.focal_sd_px / camera.focal_px])
-        yield one.stated("focal length, %", 100 * off, 100 * half, one.reached())
-    root = one.done.need("poses").root
+        yield run.stated("focal length, %", 100 * off, 100 * half, run.reached())
+    root = run.done.need("poses").root
     if root is not None:
-        yield from place(one)
-        for each in one.done.notices:
+        yield from place(run)
+        for each in run.done.notices:
             if each.code == "placed":
-                off = frame_by_frame(root, one.truth.joints_camera[one.rows, _PELVIS])
+                off = frame_by_frame(root, run.truth.joints_camera[run.rows, _PELVIS])
                 half = np.full(len(off), each.values["within"])
-                yield one.stated("pelvis from frame to frame, m", off, half)
-    if one.levelled and one.static:
-        yield from motions(one)
+                yield run.stated("pelvis from frame to frame, m", off, half)
+    if run.levelled and run.static:
+        yield from motions(run)
 
 
-def place(one: Finished) -> Iterator[Stated]:
+def place(run: Finished) -> Iterator[Stated]:
     """The pelvis from the camera along the ray to it and across, frame by frame, and the size of the body, which moves
     it all."""
-    poses, truth = one.done.need("poses"), one.truth
-    path, true = poses.path, truth.joints_camera[one.rows, _PELVIS]
+    poses, truth = run.done.need("poses"), run.truth
+    path, true = poses.path, truth.joints_camera[run.rows, _PELVIS]
     assert path is not None
     assert path.covariance is not None
     along = unit(true)
@@ -222,13 +222,13 @@ def place(one: Finished) -> Iterator[Stated]:
         for axis in axes:
             sd = np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis))
             off = ((path.points - true) * axis).sum(axis=1)
-            parts.append(one.stated(f"pelvis {way} the ray, m", off, SD_90 * sd))
+            parts.append(run.stated(f"pelvis {way} the ray, m", off, SD_90 * sd))
         yield joined(parts)
     if path.shared is not None:
         lifted = poses.joints.astype(np.float64)
-        size = person_size(lifted) / person_size(scaled(lifted, truth.truth[one.rows], "take"))
+        size = person_size(lifted) / person_size(scaled(lifted, truth.truth[run.rows], "take"))
         off, half = np.array([100 * (size - 1)]), np.array([100 * SD_90 * path.shared[0]])
-        yield one.stated("body's size, %", off, half, one.reached())
+        yield run.stated("body's size, %", off, half, run.reached())
 
 
 def frame_by_frame(found: np.ndarray, true: np.ndarray) -> np.ndarray:
@@ -240,13 +240,13 @@ def frame_by_frame(found: np.ndarray, true: np.ndarray) -> np.ndarray:
     return np.linalg.norm(parts @ best - true, axis=1)
 
 
-def motions(one: Finished) -> Iterator[Stated]:
+def motions(run: Finished) -> Iterator[Stated]:
     """Positions, velocities and accelerations of wrists and ankles from the pelvis, each axis of LEVEL a case, of
     upright frames. The truth is turned into the LEVEL that was found: how wrong its up is has an error of its own."""
-    columns, rows = one.done.need("kinematics"), one.rows
-    R = transpose(one.done.need("rectified").R_source_from_level)
-    true = rotate(R, one.truth.truth)[rows]
-    time_s, upright = one.truth.keypoints.times[rows], ~one.truth.lying[rows]
+    columns, rows = run.done.need("kinematics"), run.rows
+    R = transpose(run.done.need("rectified").R_source_from_level)
+    true = rotate(R, run.truth.truth)[rows]
+    time_s, upright = run.truth.keypoints.times[rows], ~run.truth.lying[rows]
     if not is_finite(true).all():
         return
     signals = {"": true, "v": derivative(filtered(true, time_s), time_s), "a": accelerations(true, time_s)}
@@ -258,39 +258,39 @@ def motions(one: Finished) -> Iterator[Stated]:
                     column = f"{joint}_{prefix}{axis}"
                     error = columns[column] - signals[prefix][:, H36M17.index(joint), i]
                     half = SD_90 * columns.get(f"{column}_sd", np.full(len(rows), np.nan))
-                    parts.append(one.stated(f"{part} {quantity}", np.where(upright, error, np.nan), half))
+                    parts.append(run.stated(f"{part} {quantity}", np.where(upright, error, np.nan), half))
             yield joined(parts)
 
 
-def of_figures(one: Finished) -> Iterator[Stated]:
+def of_figures(run: Finished) -> Iterator[Stated]:
     """Every figure with an error whose truth is known; nothing of a take that a run refuses or cannot level."""
-    if not one.levelled:
+    if not run.levelled:
         return
-    every = compared(one).figures
-    if one.static:
-        of_walks = {each.statement: each for each in walks(one, true_gait(one.truth))}
+    every = compared(run).figures
+    if run.static:
+        of_walks = {each.statement: each for each in walks(run, true_gait(run.truth))}
         named = {statement: of_walks.get(name) for statement, name in _OF_WALKS.items()}
         every += [replace(each, statement=name) for name, each in named.items() if each is not None]
-    if one.lifted and one.static:
-        every += movements(one)
-    if one.lifted and one.done.kinematics:
-        every += within(one)
-    whole = one.reached()
+    if run.lifted and run.static:
+        every += movements(run)
+    if run.lifted and run.done.kinematics:
+        every += within(run)
+    whole = run.reached()
     known = (each if each.known else replace(each, known=whole) for each in every)
     yield from map(joined, by_statement(each.judged() for each in known).values())
 
 
-def movements(one: Finished) -> Iterator[Stated]:
+def movements(run: Finished) -> Iterator[Stated]:
     """Peaks of repetitions that are true ones too, and means where each true one is found, and no other. Of static
     cameras, for nobody knows the true figures of others."""
-    if not any(one.done.figures.group(*names).spans for names in _MOVEMENTS):
+    if not any(run.done.figures.group(*names).spans for names in _MOVEMENTS):
         return
-    true = one.captured().figures
+    true = run.captured().figures
     for names, movement in _MOVEMENTS.items():
-        found = one.done.figures.group(*names)
+        found = run.done.figures.group(*names)
         for figure, row, truth in same_rows(found, true.group(*names)):
-            known = one.reached() if row.number is None else one.reached(found.spans[row.number])
-            of = one.figure(f"{movement}: {figure}", row.value, truth.value, bar(row.error))
+            known = run.reached() if row.number is None else run.reached(found.spans[row.number])
+            of = run.figure(f"{movement}: {figure}", row.value, truth.value, bar(row.error))
             yield replace(of, known=known)
 
 
@@ -334,34 +334,34 @@ class Repeated(NamedTuple):
     mdc90: float
 
 
-def within(one: Finished) -> Iterator[Stated]:
+def within(run: Finished) -> Iterator[Stated]:
     """Ranges of motion, right less left, and one repetition less another."""
-    every = ranges(one)
+    every = ranges(run)
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
         for side in of:
-            yield one.figure(f"range of {both}", side.found, side.true, bar(side.error))
-        index = one.done.figures.group("symmetry", both).figure("symmetry_index")
+            yield run.figure(f"range of {both}", side.found, side.true, bar(side.error))
+        index = run.done.figures.group("symmetry", both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             right, left = of
             size = (right.found + left.found) / 2  # an index in degrees, for that of small ranges has none
             pair = right.found - left.found, right.true - left.true
-            yield one.figure(f"right less left range of {both}", *pair, bar(index.error) / 100 * size)
-    for two in repetitions(one):
+            yield run.figure(f"right less left range of {both}", *pair, bar(index.error) / 100 * size)
+    for two in repetitions(run):
         off = float(near(np.array(two.found[0] - two.found[1] - two.true[0] + two.true[1]), 0.0))
-        yield one.figure("peak less peak", off, 0.0, two.mdc90)
+        yield run.figure("peak less peak", off, 0.0, two.mdc90)
 
 
-def ranges(one: Finished) -> dict[str, Ranged]:
+def ranges(run: Finished) -> dict[str, Ranged]:
     """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it."""
-    columns, every = one.done.kinematics or {}, {}
+    columns, every = run.done.kinematics or {}, {}
     for name in ANGLES:
-        row = one.done.figures.group("range_of_motion", name).figure("p05_p95")
+        row = run.done.figures.group("range_of_motion", name).figure("p05_p95")
         if row is None or row.error is None:
             continue
         values, centre = continuous(columns[f"{name}_deg"], ANGLES[name].centre_deg), ANGLES[name].centre_deg
         visible = np.isfinite(values)
-        true = one.true_angles[name].value_deg[one.rows]
+        true = run.true_angles[name].value_deg[run.rows]
         beside = continuous(np.where(visible, true, np.nan), centre)
         if np.isfinite(beside).sum() >= _VISIBLE * visible.sum():
             _, sds = ends(values, columns[f"{name}_sd_deg"])
@@ -370,16 +370,16 @@ def ranges(one: Finished) -> dict[str, Ranged]:
     return every
 
 
-def repetitions(one: Finished) -> Iterator[Repeated]:
+def repetitions(run: Finished) -> Iterator[Repeated]:
     """Every two repetitions of an angle, each peak against the highest true value of that repetition."""
-    times, measures = one.times, one.done.figures
+    times, measures = run.times, run.done.figures
     groups = {angle: measures.group(*place.split(".")) for place, angle in _DRIVES.items()}
     groups |= measures.group("repetitions").groups
     for angle, group in groups.items():
         mdc90 = group.value("peak_mdc90")
         if mdc90 is None:
             continue
-        true = one.true_angles[angle].value_deg[one.rows]
+        true = run.true_angles[angle].value_deg[run.rows]
         at = [true[(times >= start) & (times <= stop)] for start, stop in group.spans]
         peaks = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
         both = [(peak, peaks[peak.number or 0]) for peak in group.repetitions("peak")]

@@ -26,9 +26,9 @@ FAR_MM = 100.0
 _TIMES = (1.0, 3.0, 6.0)
 
 
-def error_mm(one: Finished) -> float:
+def error_mm(run: Finished) -> float:
     """Mean over frames and joints, the body rotated onto the truth in each frame; NaN of a take without a whole one."""
-    found, true = one.done.need("poses").joints.astype(np.float64), one.truth.truth[one.rows]
+    found, true = run.done.need("poses").joints.astype(np.float64), run.truth.truth[run.rows]
     whole = is_finite(found).all(axis=1) & is_finite(true).all(axis=1)
     if not whole.any():
         return float("nan")
@@ -43,9 +43,9 @@ def rows(asked: Configuration) -> Iterator[Row]:
         def has_keypoints(clip: Clip, number: int = number) -> bool:
             return zlib.crc32(clip.name.encode()) % len(_TIMES) == number
 
-        for one in finished(replace(asked, image=True, unsuspected=times), only=has_keypoints):
-            if one.take is not None and np.isfinite(mm := error_mm(one)):
-                yield ("verdicts", verdict(one.take.judged)), mm
+        for run in finished(replace(asked, image=True, unsuspected=times), only=has_keypoints):
+            if run.take is not None and np.isfinite(mm := error_mm(run)):
+                yield ("verdicts", verdict(run.take.judged)), mm
 
 
 def summary(values: list[float]) -> dict[str, Any]:

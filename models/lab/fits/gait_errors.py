@@ -34,10 +34,10 @@ Walk = tuple[str, Mapping[str, Stated]]
 
 def walks_of(takes: Iterator[Finished]) -> Iterator[Walk]:
     """Those of takes in which somebody walks and walks are found."""
-    for one in takes:
-        if one.levelled:
-            stated = map(Stated.judged, walks(one, true_gait(one.truth)))
-            gait = one.done.figures.group("walking").text("gait")
+    for run in takes:
+        if run.levelled:
+            stated = map(Stated.judged, walks(run, true_gait(run.truth)))
+            gait = run.done.figures.group("walking").text("gait")
             yield (
                 "running" if gait == "running" else "walking",
                 {each.statement: each for each in stated if len(each.error)},

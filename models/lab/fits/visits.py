@@ -95,37 +95,37 @@ def difference(
     return of.figure(figure, found[1] - found[0], true, bar(float(np.hypot(*errors))))
 
 
-def _within(one: Finished) -> Iterator[tuple[Kind, Stated]]:
+def _within(run: Finished) -> Iterator[tuple[Kind, Stated]]:
     """Pairs of sides and of repetitions of one run, and its ranges."""
-    of = ranges(one)
-    groups = one.done.figures.group("range_of_motion")
-    errors = {name: _range_error(name, of[name], one) for name in of}
+    of = ranges(run)
+    groups = run.done.figures.group("range_of_motion")
+    errors = {name: _range_error(name, of[name], run) for name in of}
     for name, this in of.items():
         both = of_both(name)
-        yield "range", one.figure(both, this.found, this.true, bar(errors[name]))
+        yield "range", run.figure(both, this.found, this.true, bar(errors[name]))
         left = f"l_{both}"
         if name.startswith("r_") and left in of and same_part(groups.group(name), groups.group(left)):
             found, true = (this.found, of[left].found), of[left].true - this.true
-            yield "sides", difference(one, _RANGE + both, found, (errors[name], errors[left]), true)
-    for two in repetitions(one):
+            yield "sides", difference(run, _RANGE + both, found, (errors[name], errors[left]), true)
+    for two in repetitions(run):
         figure, true = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
-        yield "repetitions", difference(one, figure, two.found, two.errors, true)
+        yield "repetitions", difference(run, figure, two.found, two.errors, true)
 
 
-def _range_error(name: str, of: Ranged, one: Finished) -> float:
+def _range_error(name: str, of: Ranged, run: Finished) -> float:
     """By the parts in place, whichever lifter they were fitted to."""
-    return range_sd(of_both(name), of.found, of.ends, float(one.truth.keypoints.times[-1]))
+    return range_sd(of_both(name), of.found, of.ends, float(run.truth.keypoints.times[-1]))
 
 
-def _figures(one: Finished) -> dict[tuple[str, str], Measure]:
+def _figures(run: Finished) -> dict[tuple[str, str], Measure]:
     """Those that two visits are compared by, by figure and side."""
-    figures, of, found = one.done.figures, ranges(one), {}
+    figures, of, found = run.done.figures, ranges(run), {}
     gait = figures.group("walking").text("gait")
     for row in figures:
         if not isinstance(row, Measure) or (figure := figure_of(row, gait)) is None:
             continue
         if row.group[0] == "range_of_motion" and row.group[1] in of:
-            row = replace(row, error=_range_error(row.group[1], of[row.group[1]], one))
+            row = replace(row, error=_range_error(row.group[1], of[row.group[1]], run))
         found[figure, row.side] = row
     return found
 
