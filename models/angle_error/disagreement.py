@@ -73,10 +73,10 @@ def by_disagreement(
     )
     seams = breaks(poses)
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams)
-    of = TakeJoints(joints, filtered, levelled.R_camera_from_body)
-    beyond = growth_of(of, poses.times)
+    lifted = TakeJoints(joints, filtered, levelled.R_camera_from_body)
+    beyond = growth_of(lifted, poses.times)
     by_model = take_angles(
-        of, LiftErrors(levelled.error_deg, levelled.up_error_deg, shipped_noise(), spread, beyond)
+        lifted, LiftErrors(levelled.error_deg, levelled.up_error_deg, shipped_noise(), spread, beyond)
     )
     window = max(round(_OVER_S / float(np.median(np.diff(poses.times)))), 1)
     out = dict(angles)
@@ -133,8 +133,8 @@ def _by_second(poses: PoseSequence, second: PoseSequence) -> float:
         poses.frame_index, second.frame_index, assume_unique=True, return_indices=True
     )
     bodies = [
-        of.without_feet.joints[at].astype(np.float64) / implied_stature(of.joints)
-        for of, at in ((poses, rows), (second, others))
+        lift.without_feet.joints[at].astype(np.float64) / implied_stature(lift.joints)
+        for lift, at in ((poses, rows), (second, others))
     ]
     both = np.asarray(is_finite(bodies[0]).all(axis=1) & is_finite(bodies[1]).all(axis=1))
     if both.sum() < _FEWEST:

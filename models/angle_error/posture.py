@@ -84,23 +84,28 @@ def arms_of(angle: str) -> str:
     return f"{angle[0]}_arm" if any(joint.endswith("_elbow") for joint in joints) else "arms"
 
 
-def growth(of: Mapping[str, np.ndarray], arms: str = "arms") -> np.ndarray:
+def growth(body: Mapping[str, np.ndarray], arms: str = "arms") -> np.ndarray:
     """(T, 4) how far each feature is beyond a standing or walking person's, 0 where it is not, or not known; of lean
     1 is 45 degrees, of a low pelvis a quarter of the stature, of arms 60 degrees, of speed a stature a second. arms: of
     `arms_of`."""
     beyond = {
-        "lean": of["lean"] - _BENT_DEG / 2,
-        "low": _STANDS - of["low"],
-        "arms": of[arms] - 90.0,
-        "speed": of["speed"] - _USUAL,
+        "lean": body["lean"] - _BENT_DEG / 2,
+        "low": _STANDS - body["low"],
+        "arms": body[arms] - 90.0,
+        "speed": body["speed"] - _USUAL,
     }
     return np.stack([np.fmax(np.nan_to_num(beyond[name]), 0.0) / _UNITS[name] for name in FEATURES], axis=-1)
 
 
-def posture(of: Mapping[str, np.ndarray]) -> np.ndarray:
+def posture(body: Mapping[str, np.ndarray]) -> np.ndarray:
     """(T,) places in POSTURES."""
     return np.select(
-        [of["lean"] > _LYING_DEG, of["low"] < LOW, of["arms"] > _OVERHEAD_DEG, of["lean"] > _BENT_DEG],
+        [
+            body["lean"] > _LYING_DEG,
+            body["low"] < LOW,
+            body["arms"] > _OVERHEAD_DEG,
+            body["lean"] > _BENT_DEG,
+        ],
         [4, 3, 2, 1],
         0,
     )

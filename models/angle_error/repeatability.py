@@ -131,9 +131,9 @@ def same_shares(first: float, second: float) -> bool:
     return abs(first - second) < _ANOTHER_PART
 
 
-def _unseen(of: Measures) -> float:
+def _unseen(group: Measures) -> float:
     """The share of the frames on which the figures of a group do not rest."""
-    lost, judged = of.value("nan_share"), of.value("observable")
+    lost, judged = group.value("nan_share"), group.value("observable")
     if lost is not None:
         return lost
     return 0.0 if judged is None else 1 - judged / 100

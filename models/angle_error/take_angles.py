@@ -109,29 +109,29 @@ class LiftErrors:
     growth: Mapping[str, np.ndarray] | None = None
 
 
-def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
+def take_angles(take: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
     """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where the layout has heels and
     toes. errors: None of joints that no lifter made."""
-    turned = np.asarray(is_finite(of.R_source_from_body).all(axis=1))
+    turned = np.asarray(is_finite(take.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
-    R = np.where(turned[:, None, None], of.R_source_from_body, np.eye(3))
-    points = rotate(transpose(R), of.filtered)
+    R = np.where(turned[:, None, None], take.R_source_from_body, np.eye(3))
+    points = rotate(transpose(R), take.filtered)
     body = points[:, : len(H36M17)]
     values = angles(body)
     unknown, sd = np.broadcast_to(np.float32(np.nan), len(body)), {}  # held once
     if errors is not None:
         rectified = errors.error_deg, errors.up_error_deg
-        size = noise_size(of.filtered, *rectified, errors.noise, errors.stated)
-        sd = angle_sd(body, of.R_source_from_body, *rectified, size, errors.noise)
-    visible, filtered = (is_finite(joints) for joints in (of.joints, of.filtered))
-    hidden = np.zeros(visible.shape, dtype=bool) if of.unseen is None else of.unseen & ~visible
+        size = noise_size(take.filtered, *rectified, errors.noise, errors.stated)
+        sd = angle_sd(body, take.R_source_from_body, *rectified, size, errors.noise)
+    visible, filtered = (is_finite(joints) for joints in (take.joints, take.filtered))
+    hidden = np.zeros(visible.shape, dtype=bool) if take.unseen is None else take.unseen & ~visible
     defined = ANGLES
-    if has_foot_angles(of.layout):
+    if has_foot_angles(take.layout):
         defined = ANGLES | FOOT_ANGLES
-        values |= foot_angles(points, of.layout)
+        values |= foot_angles(points, take.layout)
     out = {}
     for name, angle in defined.items():
-        parts = of.layout.indices([joint for joint in angle.joints if joint in of.layout])
+        parts = take.layout.indices([joint for joint in angle.joints if joint in take.layout])
         whole, own, tilt = unknown, unknown, unknown
         stated = errors if name in sd else None
         if stated is not None:
@@ -139,7 +139,7 @@ def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, A
             beyond = None if stated.growth is None else stated.growth[arms_of(name)]
             whole = stated.noise.whole(name, own, tilt, values[name], beyond)
         measured, smooth = visible[:, parts].all(axis=1), filtered[:, parts].all(axis=1)
-        level = turned & of.level_ok if angle.needs_gravity else smooth | turned
+        level = turned & take.level_ok if angle.needs_gravity else smooth | turned
         undefined = np.isnan(values[name])
         if stated is not None:
             undefined |= np.isnan(whole)  # or a step away from here
@@ -157,10 +157,10 @@ def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, A
     return out
 
 
-def growth_of(of: TakeJoints, time_s: np.ndarray) -> dict[str, np.ndarray]:
+def growth_of(take: TakeJoints, time_s: np.ndarray) -> dict[str, np.ndarray]:
     """{of posture.arms_of: (T, 4) of posture.growth}, at times (T,)."""
-    filtered = of.filtered[:, : len(H36M17)]
-    posture = features(rotate(transpose(of.R_source_from_body), filtered), time_s)
+    filtered = take.filtered[:, : len(H36M17)]
+    posture = features(rotate(transpose(take.R_source_from_body), filtered), time_s)
     return {arms: growth(posture, arms) for arms in ("arms", "r_arm", "l_arm")}
 
 
@@ -173,7 +173,7 @@ def angle_series(
     """
     source, R_reference_from_source = in_reference(poses)
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
-    of = TakeJoints(
+    take = TakeJoints(
         source.joints,
         rotate(R_reference_from_level.astype(np.float32), filtered.joints),
         R_reference_from_source @ rectified.R_source_from_body,
@@ -183,10 +183,10 @@ def angle_series(
     )
     errors, speed = None, np.zeros(len(poses))
     if noise is not None:
-        beyond = growth_of(of, poses.times)
+        beyond = growth_of(take, poses.times)
         speed = beyond["arms"][:, FEATURES.index("speed")]
         errors = LiftErrors(rectified.error_deg, rectified.up_error_deg, noise, stated_spread(source), beyond)
-    series = take_angles(of, errors)
+    series = take_angles(take, errors)
     return series, source.times, speed
 
 

@@ -139,9 +139,9 @@ def in_doubt(take: Take) -> dict[str, np.ndarray]:
     theirs (reading.exchanged.treated), and of the keypoints if this run has lifted them."""
     poses = take.need("poses")
     doubt: dict[str, np.ndarray] = {}
-    of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
+    rests_on = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
     for said in take.said:
-        if said.code in ("swaps-found", "swaps-doubtful") and said.values.get("what") in of:
+        if said.code in ("swaps-found", "swaps-doubtful") and said.values.get("what") in rests_on:
             for limb, first, last in said.values.get("exchanged", ()):
                 rows = (first <= poses.frame_index) & (poses.frame_index <= last)
                 doubt[limb] = doubt.get(limb, False) | rows

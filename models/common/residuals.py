@@ -95,7 +95,9 @@ def limb_scores(take: Take) -> dict[str, np.ndarray]:
         return {}
     scores = mean_scores(keypoints, poses.frame_index, poses.times)
     return (
-        {limb: scores[:, H36M17.indices(of[1:])] for limb, of in LIMBS.items()} if scores is not None else {}
+        {limb: scores[:, H36M17.indices(joints[1:])] for limb, joints in LIMBS.items()}
+        if scores is not None
+        else {}
     )
 
 

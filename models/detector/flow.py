@@ -183,11 +183,13 @@ def _at(numbers: np.ndarray, points: np.ndarray, wanted: np.ndarray) -> np.ndarr
     whole = np.floor(wanted + 1e-9).astype(int)
     share = np.maximum(wanted - whole, 0.0)[..., None, None]
 
-    def of(number: np.ndarray) -> np.ndarray:
+    def numbered(number: np.ndarray) -> np.ndarray:
         rows = np.minimum(np.searchsorted(numbers, number), len(numbers) - 1)
         return np.where((numbers[rows] == number)[..., None, None], points[rows], np.nan)
 
-    return np.where(share < 1e-9, of(whole), (1 - share) * of(whole) + share * of(whole + 1))
+    return np.where(
+        share < 1e-9, numbered(whole), (1 - share) * numbered(whole) + share * numbered(whole + 1)
+    )
 
 
 def _moved(fields: np.ndarray, start: np.ndarray, end: np.ndarray) -> Movements:

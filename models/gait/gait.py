@@ -122,7 +122,7 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
 def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]]) -> list[Stride]:
     """Of every two steps in a row, walk by walk, with the toe-offs that lie in them."""
     made = []
-    offs = {side: np.sort([stance.stop_s for stance in of]) for side, of in feet.items()}
+    offs = {side: np.sort([stance.stop_s for stance in stands]) for side, stands in feet.items()}
     for walk in walks:
         for first, second in pairwise(walk):
             side, other = second.side, first.side
@@ -241,7 +241,7 @@ def _between_stops(
         waits = at_s[i + 1] - at_s[i] if i < len(walk) else np.inf
         beside = [at_s[stop] - at_s[stop - 2] for stop in (i, i + 3) if 2 <= stop <= len(walk)]
         stops.append(bool(beside) and stays > max(beside) and 2 * waits > stays)
-    parts = groupby(zip(walk, pairwise(stops), strict=True), key=lambda of: any(of[1]))
+    parts = groupby(zip(walk, pairwise(stops), strict=True), key=lambda step_stops: any(step_stops[1]))
     return [[step for step, _ in part] for stopped, part in parts if not stopped]
 
 

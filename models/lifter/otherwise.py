@@ -73,8 +73,8 @@ _PARTS = {
 def _readings(asked: ToLift) -> Iterator[tuple[ToLift, float, float, Notice]]:
     """Other readings of the keypoints: what is asked then; the weighted logarithm, and that of the stated error, below
     which it makes a better body; what is said then."""
-    for of, parts in _PARTS.items():
-        evidence = f"with left and right{of} exchanged the keypoints make a better body"
+    for whose, parts in _PARTS.items():
+        evidence = f"with left and right{whose} exchanged the keypoints make a better body"
         said = notice("left-and-right", evidence=evidence)
         yield _exchanged(asked, parts), -0.12 if parts else -0.08, np.inf, said
     yield _narrower(asked), -0.15, -0.07, notice("image-stretched", times=1 / _NARROWER)

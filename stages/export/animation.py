@@ -124,7 +124,9 @@ class Armature:
                 values: dict[str, Any] = {"held": count, "frames": len(known), "joints": ", ".join(joints)}
                 notices.append(notice("animation-held", file=file, **values))
         limbs = ([i for i, name in enumerate(names) if name.endswith(start)] for start, *_ in _LIMBS)
-        legs, arms = (100 * float(np.mean(~self.axial_known[:, of])) if of else 100.0 for of in limbs)
+        legs, arms = (
+            100 * float(np.mean(~self.axial_known[:, bones])) if bones else 100.0 for bones in limbs
+        )
         notices.append(notice("axial-guessed", file=file, legs=legs, arms=arms))
         return tuple(notices)
 

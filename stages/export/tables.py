@@ -142,35 +142,35 @@ def rows(take: Take) -> Iterator[Row]:
     row of its own."""
     length = take.need("poses").frame.unit
     for row in take.figures:
-        of = take.figures.group(*row.group)
+        own = take.figures.group(*row.group)
         place, side = ".".join((*row.group, "")), row.side or None
         if isinstance(row, Remark):
             yield Row(place + row.name, side, text=row.text)
         elif isinstance(row, Moments):
-            of_repetitions = len(row.at_s) == len(of.times("stride_start") or of.times("start"))
+            of_repetitions = len(row.at_s) == len(own.times("stride_start") or own.times("start"))
             for i, at_s in enumerate(row.at_s):
-                span = _span(of, i) if of_repetitions else (None, None)
+                span = _span(own, i) if of_repetitions else (None, None)
                 yield Row(place + row.key, side, i, float(at_s), None, "s", *span)
         elif isinstance(row, Measure):
-            span = (None, None) if row.number is None else _span(of, row.number)
+            span = (None, None) if row.number is None else _span(own, row.number)
             unit = UNITS[row.unit].table.format(length) or None
             yield Row(place + row.key, side, row.number, float(row.value), row.error, unit, *span)
             for name, judged in row.judged.items():
                 yield Row(place + name, side, text=str(judged))
 
 
-def _span(of: Measures, i: int) -> tuple[float | None, float | None]:
+def _span(group: Measures, i: int) -> tuple[float | None, float | None]:
     """When the repetition or stride of that number began and ended."""
-    starts, stops = (of.times(end) or of.times(f"stride_{end}") for end in ("start", "stop"))
+    starts, stops = (group.times(end) or group.times(f"stride_{end}") for end in ("start", "stop"))
     return (starts[i] if i < len(starts) else None), (stops[i] if i < len(stops) else None)
 
 
 def _moving(measures: Measures) -> Iterator[Measures]:
     """The groups of strides and repetitions, in the order of summary.json."""
-    for name, of in measures.groups.items():
+    for name, group in measures.groups.items():
         if measures.path or name in _WITH_CYCLES:
-            yield of
-            yield from _moving(of)
+            yield group
+            yield from _moving(group)
 
 
 def write_strides(take: Take, path: Path) -> None:
@@ -199,7 +199,7 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
     angles = np.stack(
         [unwrapped(columns[name]) if name in degrees else columns[name] for name in angle_columns], axis=-1
     )
-    for of, spans in ((of, of.spans) for of in _moving(take.measures)):
+    for cycled, spans in ((cycled, cycled.spans) for cycled in _moving(take.measures)):
         for some in blocks(len(spans), _CYCLES):
             at_s = np.stack([np.linspace(*span, POINTS) for span in spans[some]])
             near = around(times, at_s)
@@ -210,7 +210,7 @@ def stride_tables(take: Take) -> Iterator[pa.Table]:
             for name, angle in degrees.items():
                 of_cycles = values[name].reshape(at_s.shape)
                 values[name] = np.concatenate([_within_range(curve, angle.centre_deg) for curve in of_cycles])
-            labels = {"movement": ".".join(of.path), "side": of.rows[0].side}
+            labels = {"movement": ".".join(cycled.path), "side": cycled.rows[0].side}
             rows = {name: [label] * at_s.size for name, label in labels.items()}
             rows |= {"number": np.repeat(np.arange(len(spans))[some], POINTS), "time_s": at_s.ravel()}
             rows |= {"percent": np.tile(np.arange(POINTS), len(at_s))} | values

@@ -94,20 +94,20 @@ def with_error(name: str, value: float, error: float) -> Measure:
     return Measure(name, float(value), float(error) if np.isfinite(error) else None)
 
 
-def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure | Remark]:
+def symmetry(right: float, left: float, error: float, prefix: str = "") -> list[Measure | Remark]:
     """Symmetry index of two figures, 100 (right - left) / ((right + left) / 2): 0 when equal, positive when the right
     is larger (Robinson, Herzog & Nigg, J Manipulative Physiol Ther 10(4), 1987); none of two that are 0 or not known.
 
     error: of right less left, in their unit, NaN where unknown; what both share changes an index little; with one that
-    is too large the index is withheld. of: what the name begins with, of steps."""
+    is too large the index is withheld. prefix: of the name, of steps."""
     if not right + left > 0:
         return []
     index = 200 * (right - left) / (right + left)
     error = 200 * error / (right + left)
     if SD_90 * error > _SAYS_NOTHING:
-        return [withheld("error-too-large", f"{of}symmetry_index")]
+        return [withheld("error-too-large", f"{prefix}symmetry_index")]
     inside = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
-    return [replace(with_error(f"{of}symmetry_index", index, error), within_error=inside)]
+    return [replace(with_error(f"{prefix}symmetry_index", index, error), within_error=inside)]
 
 
 def moments(name: str, values: Iterable[float]) -> Moments:

@@ -82,7 +82,9 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
     fewest = _FEWEST_STEPS.get(gait.kind, 0)
     pieces = [(leap, list(steps)) for walk in gait.walks for leap, steps in groupby(walk, leaps)]
     walks = [steps for leap, steps in pieces if not leap and len(steps) >= fewest]
-    return replace(gait, walks=walks, feet={side: [*filter(stands, of)] for side, of in gait.feet.items()})
+    return replace(
+        gait, walks=walks, feet={side: [*filter(stands, stances)] for side, stances in gait.feet.items()}
+    )
 
 
 def jumps(motion: Motion, airborne: Airborne, jumped: Sequence[Flight]) -> list[Row]:

@@ -158,8 +158,8 @@ def _in_place(
     if not deep.any():
         return False
     apart, *ways = feet
-    rows, of = (deep, time_s[deep]) if highest >= SQUAT and bend.whole else (lasts, time_s[lasts])
-    stays = _range(apart[rows]) <= _STAYS and not any(a < of[-1] and of[0] < b for a, b in busy)
+    rows, seconds = (deep, time_s[deep]) if highest >= SQUAT and bend.whole else (lasts, time_s[lasts])
+    stays = _range(apart[rows]) <= _STAYS and not any(a < seconds[-1] and seconds[0] < b for a, b in busy)
     travels = any(_range(foot[deep]) > _TRAVELS for foot in ways)
     return stays and not travels and not _shifts(motion, bend) and not _lands(motion, bend, bent, ankle)
 

@@ -40,8 +40,8 @@ def exchanged(take: Take, motion: Motion) -> list[Notice]:
     keypoints, most, notices = take.need("keypoints"), agrees(residuals), []
     for kind in kinds(keypoints.layout):
 
-        def farthest(of: Residuals, pick: np.ufunc, limb: str = kind.limb) -> np.ndarray:
-            return pick(*(steady(of.limb(f"{side}_{limb}")) for side in "rl"))
+        def farthest(off_rays: Residuals, pick: np.ufunc, limb: str = kind.limb) -> np.ndarray:
+            return pick(*(steady(off_rays.limb(f"{side}_{limb}")) for side in "rl"))
 
         off = farthest(residuals, np.minimum) > most
         if not lasting(off, times).any():

@@ -116,25 +116,27 @@ def _missing_at_an_end(values: np.ndarray) -> bool:
 
 def range_rows(motion: Motion, angles: Mapping[str, Range]) -> list[Row]:
     """The group `range_of_motion`."""
-    return [row for name, of in angles.items() for row in within(name, _rows(motion, of), side_of(name))]
+    return [
+        row for name, angle in angles.items() for row in within(name, _rows(motion, angle), side_of(name))
+    ]
 
 
-def _rows(motion: Motion, of: Range) -> list[Row]:
-    if of.why:
-        return [withheld(of.why), *basis(of.values)]
-    values, sd = of.values[np.isfinite(of.values)], motion.sd(of.angle)
-    least, most = ALL_ANGLES[of.angle].anatomy_deg
+def _rows(motion: Motion, range_: Range) -> list[Row]:
+    if range_.why:
+        return [withheld(range_.why), *basis(range_.values)]
+    values, sd = range_.values[np.isfinite(range_.values)], motion.sd(range_.angle)
+    least, most = ALL_ANGLES[range_.angle].anatomy_deg
     beyond = int(((values < least) | (values > most)).sum())
     return [
-        with_error("lowest", values.min(), of.low[1]),
-        with_error("highest", values.max(), of.high[1]),
+        with_error("lowest", values.min(), range_.low[1]),
+        with_error("highest", values.max(), range_.high[1]),
         Measure("full_range", float(values.max() - values.min())),
-        with_error("p05", *of.low),
-        with_error("p95", *of.high),
-        with_error("p05_p95", of.deg, of.sd_deg),
+        with_error("p05", *range_.low),
+        with_error("p95", *range_.high),
+        with_error("p05_p95", range_.deg, range_.sd_deg),
         *([Measure("usual_error", known_median(sd))] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
-        *basis(of.values),
+        *basis(range_.values),
     ]
 
 
@@ -186,14 +188,14 @@ def _compared(
 def _alike(right: Range, left: Range) -> bool:
     """Whether each side was seen in as much of the take, and the frames that have both show about the whole range of
     each: one of them may have missed a part of the movement that the other shows."""
-    has_value = [np.isfinite(of.values) for of in (right, left)]
+    has_value = [np.isfinite(side.values) for side in (right, left)]
     shared = has_value[0] & has_value[1]
     if not shared.any() or not same_shares(*(1 - float(rows.mean()) for rows in has_value)):
         return False
     return all(
-        of.deg - float(np.ptp(np.percentile(of.values[shared], [5, 95])))
-        <= max(_LOST * of.deg, float(np.nan_to_num(of.sd_deg)))
-        for of in (right, left)
+        side.deg - float(np.ptp(np.percentile(side.values[shared], [5, 95])))
+        <= max(_LOST * side.deg, float(np.nan_to_num(side.sd_deg)))
+        for side in (right, left)
     )
 
 

@@ -280,7 +280,9 @@ class _Means:
             sides = [self._finite(name, side) for side in SIDES.values()]
             if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
                 right, left = (float(values.mean()) for values in sides)
-                result += symmetry(right, left, self._difference_error(name, *sides), of=f"{_NAMED[name]}_")
+                result += symmetry(
+                    right, left, self._difference_error(name, *sides), prefix=f"{_NAMED[name]}_"
+                )
         return [withheld(why, row.name.removesuffix("_withheld")) for row in result] if why else result
 
     def _finite(self, name: str, side: str | None = None) -> np.ndarray:
@@ -345,7 +347,7 @@ def _lengths(motion: Motion, gait: Gait) -> tuple[Values, list[Row], float]:
     root, ankles = _over_floor(motion.filtered)
     path, belt = over_belt(root, ankles, motion.times, gait, motion.seams)
     values = length_values(gait, path, ankles, motion.times, motion.seams)
-    if not any(np.isfinite(of).any() for of in values["step_length"].values()):
+    if not any(np.isfinite(lengths).any() for lengths in values["step_length"].values()):
         return {}, [withheld("place-unknown", "lengths")], 0.0
     of_path = _path_error(motion, gait)[1]
     if not belt:

@@ -332,8 +332,10 @@ def _solved(
 
 def _inside(model: Any, state: Any, body: str, point: np.ndarray, other: str) -> np.ndarray:
     """(3,) a point of a body, or of the ground (""), in the axes of another body."""
-    of = model.getBodySet().get(body) if body else model.getGround()
-    return _array(of.findStationLocationInAnotherFrame(state, _vector(point), model.getBodySet().get(other)))
+    segment = model.getBodySet().get(body) if body else model.getGround()
+    return _array(
+        segment.findStationLocationInAnotherFrame(state, _vector(point), model.getBodySet().get(other))
+    )
 
 
 def _vector(values: np.ndarray) -> Any:

@@ -92,12 +92,12 @@ def record(take: Take, path: str | Path) -> None:
         if take.keypoints is not None:
             keypoints = gaps_marked(take.keypoints, gap_rows(take.keypoints, last))
             log_skeleton(recording, "video/keypoints", keypoints, radius=-3.0)
-        for entity, of, radius in (
+        for entity, skeleton, radius in (
             ("source", poses, 0.024),
             ("body", rectified.body, 0.024),
             ("level", rectified.level, 0.04),
         ):
-            log_skeleton(recording, entity, gaps_marked(of, gaps), radius * size)
+            log_skeleton(recording, entity, gaps_marked(skeleton, gaps), radius * size)
         log_first(recording, take, size)
         clock = gaps_marked(poses, gaps)
         _log_rotation(recording, rectified, clock, gaps)

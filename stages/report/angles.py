@@ -24,7 +24,7 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`; errors:
     how those of the take's angles are known."""
     ranges_of, symmetry = measures.group("range_of_motion"), measures.group("symmetry")
-    lowest = {name: low for name, of in ranges_of.groups.items() if (low := of.figure("p05"))}
+    lowest = {name: low for name, group in ranges_of.groups.items() if (low := group.figure("p05"))}
     angles, bars = [*lowest], any(low.error is not None for low in lowest.values())
     rows: list[list[Cell]] = [
         [
@@ -52,28 +52,29 @@ def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     )  # fmt: skip
 
 
-def range_words(of: Measures, bars: bool = False) -> Cell:
+def range_words(group: Measures, bars: bool = False) -> Cell:
     """A range of motion with the wider 90 % bar of its ends, broken before ± at most; None where unknown. In grey where
-    some values are such as no joint reaches, and where it has no error beside others that have one. of: an angle's
-    figures in `range_of_motion`; bars: whether others have errors."""
-    low, high = (of.figure(name) for name in ("p05", "p95"))
+    some values are such as no joint reaches, and where it has no error beside others that have one. group: an
+    angle's figures in `range_of_motion`; bars: whether others have errors."""
+    low, high = (group.figure(name) for name in ("p05", "p95"))
     if low is None or high is None:
         return None
-    words = spread([low, high], unit=False).replace(" ", "\u00a0").replace("\u00a0±", " ±")
+    shown = spread([low, high], unit=False).replace(" ", "\u00a0").replace("\u00a0±", " ±")
     if bars and low.bar is None:
-        return Soft(f"{words}, error not known")
-    return Soft(words) if of.value("beyond_anatomy_frames") else words
+        return Soft(f"{shown}, error not known")
+    return Soft(shown) if group.value("beyond_anatomy_frames") else shown
 
 
 def _without_range(ranges_of: Measures) -> list[str]:
     """Which angles have no range, and why. ranges_of: the group `range_of_motion`."""
-    why = {name: reason for name, of in ranges_of.groups.items() if (reason := of.withheld())}
+    why = {name: reason for name, group in ranges_of.groups.items() if (reason := group.withheld())}
     angles: dict[str, list[str]] = {}
     for name, reason in why.items():
         alike = {why.get(f"{side}_{of_both(name)}") for side in "rl"} == {reason}
         angles.setdefault(reason, []).append(label_of(of_both(name) if alike else name))
     return [
-        f"No range of {', '.join(dict.fromkeys(of))}: {WITHHELD[reason]}." for reason, of in angles.items()
+        f"No range of {', '.join(dict.fromkeys(names))}: {WITHHELD[reason]}."
+        for reason, names in angles.items()
     ]
 
 
@@ -84,13 +85,14 @@ def sides_compared(measures: Measures) -> list[str]:
     """
     walking, symmetry = measures.group("walking"), measures.group("symmetry")
     indices = {
-        f"range of {label_of(name)}": of.figure("symmetry_index") for name, of in symmetry.groups.items()
+        f"range of {label_of(name)}": group.figure("symmetry_index")
+        for name, group in symmetry.groups.items()
     }
     indices |= {FIGURES[name].label: walking.figure(f"{name}_symmetry_index") for name in COMPARED}
     stated = {
-        figure_name: (of.value, of.error, of.bar)
-        for figure_name, of in indices.items()
-        if of and of.error and of.bar is not None
+        figure_name: (index.value, index.error, index.bar)
+        for figure_name, index in indices.items()
+        if index and index.error and index.bar is not None
     }
     if not stated:
         return []
@@ -110,13 +112,13 @@ def sides_compared(measures: Measures) -> list[str]:
 
 
 def _difference(symmetry: Measures, errors: AngleErrors | None) -> Cell:
-    of = symmetry.figure("symmetry_index")
-    if of is None:
+    index = symmetry.figure("symmetry_index")
+    if index is None:
         why = symmetry.withheld("symmetry_index")
         return Soft(WITHHELD[why]) if why else None
-    bar = "" if of.bar is None else f" ±\u00a0{of.bar:.0f}"
-    words = f"{of.value:z.0f}{bar}\u00a0%"
-    return Soft(words) if of.within_error or (of.bar is None and errors is not None) else words
+    bar = "" if index.bar is None else f" ±\u00a0{index.bar:.0f}"
+    shown = f"{index.value:z.0f}{bar}\u00a0%"
+    return Soft(shown) if index.within_error or (index.bar is None and errors is not None) else shown
 
 
 def angle_charts(take: Take) -> Markup:

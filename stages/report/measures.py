@@ -26,45 +26,43 @@ def happened(measures: Measures, metric: bool) -> Markup:
     """HTML of the movements of a take that were recognised, each under its name. metric: whether lengths are in metres;
     without, they and speeds are in files alone."""
     parts = [
-        heading(_title(name, of)) + movement(of, metric)
+        heading(_title(name, own)) + movement(own, metric)
         for name in GROUPS
         if GROUPS[name].movement
-        and (of := measures.group(name))
-        and any(row.name != "observable" for row in of)
+        and (own := measures.group(name))
+        and any(row.name != "observable" for row in own)
     ]
     return small(_ABOUT) + joined(parts) if parts else Markup("")
 
 
-def _title(name: str, of: Measures) -> str:
+def _title(name: str, group: Measures) -> str:
     if name == "walking":
-        return of.text("gait") or name
-    every = name == "knee_bends" and of.count() and of.count("squats") == of.count()
+        return group.text("gait") or name
+    every = name == "knee_bends" and group.count() and group.count("squats") == group.count()
     return "squats" if every else label_of(name)
 
 
-def movement(of: Measures, metric: bool) -> Markup:
+def movement(group: Measures, metric: bool) -> Markup:
     """HTML of the figures of a group: those of the take; of each repetition; both sides beside each other; curves over
     a cycle; and the groups inside."""
-    sides = {side: of.group(side) for side in _SIDES if side in of.groups}
-    inner = {name: group for name, group in of.groups.items() if name not in sides}
+    sides = {side: group.group(side) for side in _SIDES if side in group.groups}
+    inner = {name: inside for name, inside in group.groups.items() if name not in sides}
     return (
-        joined(map(small, _remarks(of)))
-        + tiles(_tile(row) for row in _figures(of, metric))
-        + _repetitions(of, metric)
+        joined(map(small, _remarks(group)))
+        + tiles(_tile(row) for row in _figures(group, metric))
+        + _repetitions(group, metric)
         + _beside(sides, metric)
         + joined(
-            heading(side, 4) + shown
-            for side, group in sides.items()
-            if (shown := _repetitions(group, metric))
+            heading(side, 4) + shown for side, own in sides.items() if (shown := _repetitions(own, metric))
         )
-        + _curves(of)
-        + joined(heading(label_of(name), 4) + movement(group, metric) for name, group in inner.items())
+        + _curves(group)
+        + joined(heading(label_of(name), 4) + movement(inside, metric) for name, inside in inner.items())
     )
 
 
-def _remarks(of: Measures) -> Iterator[str]:
+def _remarks(group: Measures) -> Iterator[str]:
     """What the group says in words, and why it lacks figures."""
-    for row in (row for rows in of.own.values() for row in rows if isinstance(row, Remark)):
+    for row in (row for rows in group.own.values() for row in rows if isinstance(row, Remark)):
         name = row.name.removesuffix("withheld").rstrip("_")
         if name != row.name:
             why = TOGETHER.get(name) or (FIGURES[name].label if name else "figures")
@@ -73,10 +71,10 @@ def _remarks(of: Measures) -> Iterator[str]:
             yield f"{FIGURES[name].label.capitalize()}: {row.text}."
 
 
-def _figures(of: Measures, metric: bool) -> list[Measure]:
+def _figures(group: Measures, metric: bool) -> list[Measure]:
     """Those of the whole take that a page shows; how much could be judged, only where that is not all."""
     rows = [
-        row for rows in of.own.values() for row in rows if isinstance(row, Measure) and row.number is None
+        row for rows in group.own.values() for row in rows if isinstance(row, Measure) and row.number is None
     ]
     return [row for row in rows if _shows(row, metric) and (row.name != "observable" or row.value < 99.5)]
 
@@ -99,17 +97,17 @@ def words(row: Measure) -> str:
     return f"{'at least ' * row.at_least}{row.in_words()}{gap}{unit}".rstrip()
 
 
-def _repetitions(of: Measures, metric: bool) -> Markup:
+def _repetitions(group: Measures, metric: bool) -> Markup:
     """A line for each, where there are not too many."""
-    count = len(of.times("start"))
+    count = len(group.times("start"))
     if not 0 < count <= _MOST:
         return Markup("")
     head, columns = [""], [[str(i + 1) for i in range(count)]]
-    for name, rows in of.own.items():
+    for name, rows in group.own.items():
         if isinstance(rows[0], Moments):
             cells = dict(enumerate(f"{at_s:.2f}" for at_s in rows[0].at_s))
         else:
-            cells = {row.number: row.in_words() for row in of.repetitions(name) if _shows(row, metric)}
+            cells = {row.number: row.in_words() for row in group.repetitions(name) if _shows(row, metric)}
         if cells:
             head.append(FIGURES[name].label_with_unit())
             columns.append([cells.get(i, "–") for i in range(count)])
@@ -118,10 +116,11 @@ def _repetitions(of: Measures, metric: bool) -> Markup:
 
 def _beside(sides: Mapping[str, Measures], metric: bool) -> Markup:
     """The figures of the right and the left side in a line each."""
-    by_side = {side: {row.name: row for row in _figures(of, metric)} for side, of in sides.items()}
-    names = dict.fromkeys(name for of in by_side.values() for name in of)
+    by_side = {side: {row.name: row for row in _figures(group, metric)} for side, group in sides.items()}
+    names = dict.fromkeys(name for figures in by_side.values() for name in figures)
     rows: list[list[Cell]] = [
-        [FIGURES[name].label_with_unit(), *(_cell(of.get(name)) for of in by_side.values())] for name in names
+        [FIGURES[name].label_with_unit(), *(_cell(figures.get(name)) for figures in by_side.values())]
+        for name in names
     ]
     return table(("", *sides), rows)
 
@@ -129,17 +128,17 @@ def _beside(sides: Mapping[str, Measures], metric: bool) -> Markup:
 def _cell(row: Measure | None) -> Cell:
     if row is None:
         return None
-    words = f"{'at least ' * row.at_least}{row.in_words()}"
-    return Soft(words) if row.within_error else words
+    shown = f"{'at least ' * row.at_least}{row.in_words()}"
+    return Soft(shown) if row.within_error else shown
 
 
-def _curves(of: Measures) -> Markup:
+def _curves(group: Measures) -> Markup:
     """Curves over a cycle; of a walk with the toe-off of each side."""
-    if of.path != ("walking",):
-        return cycle_charts(of.curves)
-    stance = {side: of.group(side).value("mean_stance") for side in _SIDES}
+    if group.path != ("walking",):
+        return cycle_charts(group.curves)
+    stance = {side: group.group(side).value("mean_stance") for side in _SIDES}
     shown = cycle_charts(
-        of.curves, "gait cycle (%)", {side: at for side, at in stance.items() if at is not None}
+        group.curves, "gait cycle (%)", {side: at for side, at in stance.items() if at is not None}
     )
     return heading("Gait cycle", 4) + small(_CYCLE) + shown if shown else shown
 

@@ -107,8 +107,8 @@ def _film(take: Take, shown: np.ndarray, images: OnePass) -> Callable[[], dict[s
 def _chosen(video: Video, first: int, last: int) -> list[int]:
     """The video frames of the film, evenly spread."""
     keys = [frame for frame in video.key_frames if first <= frame <= last]
-    of = keys if last - first > _SEEKS and len(keys) > 1 else range(first, last + 1)
-    return [of[i] for i in np.unique(np.linspace(0, len(of) - 1, _PICTURES).round().astype(int))]
+    frames = keys if last - first > _SEEKS and len(keys) > 1 else range(first, last + 1)
+    return [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, _PICTURES).round().astype(int))]
 
 
 def _around(keypoints: Mapping[int, np.ndarray]) -> Callable[[int], np.ndarray]:

@@ -122,7 +122,7 @@ def _angles(take: Take) -> list[Check]:
     if not usual_sds:
         return [("Joint angles", "care", basis)] if basis else []
     within = SD_90 * float(np.median(usual_sds))
-    least, most = (f"{SD_90 * of(usual_sds):.0f}" for of in (min, max))
+    least, most = (f"{SD_90 * end(usual_sds):.0f}" for end in (min, max))
     each = least if least == most else f"{least} to {most}"
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
     texts = [f"Mostly known to within {each}° (90 %), depending on the angle{how}."]

@@ -171,19 +171,19 @@ def outcomes_of(
 def _prepare(output: Path) -> None:
     """The output folder with its mark. InputError when it is somebody else's, or of another version of ours."""
     refuse_unwritable(output)
-    of = read_object(output / MARK).get("pcnet3d")
+    made_by = read_object(output / MARK).get("pcnet3d")
     entries = output.iterdir() if output.exists() else ()
-    if of is None and any(
+    if made_by is None and any(
         not path.name.startswith(".partial-") for path in entries
     ):  # of a batch that was killed
         raise InputError(
             "already-there", f"{output} holds files that no `pcnet3d batch` made; choose another -o DIR."
         )
-    if of not in (None, package_version()):
+    if made_by not in (None, package_version()):
         raise InputError(
             "other-version",
-            f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and a study must not "
-            f"mix them; choose another -o DIR, or install {of} to continue this one.",
+            f"{output} was made by pcnet3d {printable(str(made_by))}, this is {package_version()}, and a study must "
+            f"not mix them; choose another -o DIR, or install {made_by} to continue this one.",
         )
     output.mkdir(parents=True, exist_ok=True)
     write_json(output / MARK, {"pcnet3d": package_version(), "what": "batch"})

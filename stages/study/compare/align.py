@@ -146,7 +146,7 @@ def best_shift(
 
 def files_apart(times: Mapping[str, np.ndarray], tried: str) -> InputError:
     """That both have too little motion in common. times: (T,) of each by its name. tried: which shifts."""
-    spans = [f"{name} from {of[0]:.6g} to {of[-1]:.6g} s" for name, of in times.items()]
+    spans = [f"{name} from {time_s[0]:.6g} to {time_s[-1]:.6g} s" for name, time_s in times.items()]
     return InputError(
         "files-apart",
         f"Expected at least {LEAST_S:g} s of motion in both, got none: {' and '.join(spans)}, with {tried}; give what "

@@ -109,7 +109,7 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     if len(runs) < 2:
         return []
     both = [run.figures for run in runs]
-    gaits = [of.group("walking").text("gait") for of in both]
+    gaits = [run.group("walking").text("gait") for run in both]
     # Lifts, with the errors that were judged, of the lifter whose differences are known as shares of these; others
     # count as independent.
     one_lifter = all(run.angle_errors == "judged" and made_by_the_built_in(run.need("poses")) for run in runs)
@@ -117,11 +117,11 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     metric = reference.metric and side.metric
     differences = []
     for group, path, item, name in _figures():
-        groups = [of.group(group, *path) for of in both]
-        rows = [of.figure(name) for of in groups]
+        groups = [run.group(group, *path) for run in both]
+        rows = [each.figure(name) for each in groups]
         if rows[0] is None and rows[1] is None:
             continue
-        values, errors = ((_known(rows[0], of), _known(rows[1], of)) for of in ("value", "error"))
+        values, errors = ((_known(rows[0], field), _known(rows[1], field)) for field in ("value", "error"))
         part = path[0] if path and group != "range_of_motion" else ""
         unit = UNITS[FIGURES[name].unit].page.format("m")
         error = _error(rows, errors, gaits, between)

@@ -90,10 +90,10 @@ def compare(
             "cutoff_hz": CUTOFF_HZ,
             "offset_s": offset,
             "search_s": search,
-            "sensors": [of.figures() for of in sensed],
+            "sensors": [sensor.figures() for sensor in sensed],
         }
-        html, notices = sensed_page(run.name, sensed), [each for of in sensed for each in of.notices]
-        lines = [str(of) for of in sensed]
+        html, notices = sensed_page(run.name, sensed), [each for sensor in sensed for each in sensor.notices]
+        lines = [str(sensor) for sensor in sensed]
     else:
         if segment:
             raise InputError("option-conflict", "--segment is for sensors; give it with --imu FILE.")

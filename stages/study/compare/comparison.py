@@ -134,7 +134,7 @@ def _moment_by_moment(pair: Pair, times: np.ndarray) -> Pair:
         times=times,
         at_reference=at_reference,
         sd=sd,
-        agreement={name: of for name, of in agreements.items() if of is not None},
+        agreement={name: each for name, each in agreements.items() if each is not None},
         turn_deg=turn,
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if reference.metric and np.isfinite(off).any() else None,
@@ -175,9 +175,9 @@ def conclusion(pair: Pair) -> Iterator[str]:
 
 
 def _angles_apart(pair: Pair) -> str:
-    rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
+    rmse = {name: agreed["rmse_deg"] for name, agreed in pair.agreement.items()}
     worst = max(rmse, key=lambda name: rmse[name])
-    inside = [of["within_band"] for of in pair.agreement.values() if "within_band" in of]
+    inside = [agreed["within_band"] for agreed in pair.agreement.values() if "within_band" in agreed]
     share = f"{100 * np.mean(inside):.0f} % of the differences are within the stated errors" if inside else ""
     return (
         f"{how_many(len(rmse), 'angle')} of {pair.side.name} and {pair.reference.name} differ by "
@@ -214,10 +214,10 @@ def as_page(comparison: Comparison) -> str:
     """HTML that needs no other file: what came of it, one table of all differences, then both over each other."""
     sections = []
     for pair in comparison.pairs:
-        of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
+        whose = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
         sections += [
-            (f"Differences{of}", _differences(pair)),
-            (f"Angles over time{of}", _angles(pair)),
+            (f"Differences{whose}", _differences(pair)),
+            (f"Angles over time{whose}", _angles(pair)),
         ]
     sections.append(("How they were aligned", bullets(_together(comparison))))
     reference, *others = sides = comparison.sides
@@ -294,10 +294,10 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
 def _agreed(pair: Pair, name: str) -> list[Cell]:
     if name not in pair.agreement:
         return [None] * 4
-    of = pair.agreement[name]
-    r = f"{of['r']:.2f}" if np.isfinite(of["r"]) else None
-    inside = f"{100 * of['within_band']:.0f} %" if "within_band" in of else None
-    return [f"{of['bias_deg']:+z.1f}", f"{of['rmse_deg']:.1f}", r, inside]
+    agreed = pair.agreement[name]
+    r = f"{agreed['r']:.2f}" if np.isfinite(agreed["r"]) else None
+    inside = f"{100 * agreed['within_band']:.0f} %" if "within_band" in agreed else None
+    return [f"{agreed['bias_deg']:+z.1f}", f"{agreed['rmse_deg']:.1f}", r, inside]
 
 
 def _angles(pair: Pair) -> Markup:

@@ -83,7 +83,7 @@ class Sensed:
 
     def __str__(self) -> str:
         r, rmse = (
-            ", ".join(f"{_AXES[axis]} {of[key]:{form}}" for axis, of in self.agreement.items())
+            ", ".join(f"{_AXES[axis]} {agreed[key]:{form}}" for axis, agreed in self.agreement.items())
             for key, form in (("r", ".3f"), ("rmse_mps2", ".2f"))
         )
         return (
@@ -150,8 +150,8 @@ def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: flo
     elif second > AMBIGUOUS * r:
         so = f"Another lag may be the right one: {NARROW}."
         notices.append(notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so))
-    video, imu = (np.where(both[:, None], of - of[both].mean(axis=0), np.nan) for of in (scale * video, imu))
-    columns = [np.column_stack([of, np.linalg.norm(of, axis=-1)]).T for of in (video[both], imu[both])]
+    video, imu = (np.where(both[:, None], a - a[both].mean(axis=0), np.nan) for a in (scale * video, imu))
+    columns = [np.column_stack([a, np.linalg.norm(a, axis=-1)]).T for a in (video[both], imu[both])]
     agreement = {
         axis: {
             "r": correlation(of_run, of_sensor, _LEAST_MPS2),
@@ -211,7 +211,7 @@ def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:
 def _about_means(video: np.ndarray, imu: np.ndarray) -> list[np.ndarray]:
     """Of accelerations (N, 3) the rows (M, 3) that are known to both, less their means."""
     both = is_finite(video) & is_finite(imu)
-    return [of[both] - of[both].sum(axis=0) / max(both.sum(), 1) for of in (video, imu)]
+    return [a[both] - a[both].sum(axis=0) / max(both.sum(), 1) for a in (video, imu)]
 
 
 def even_times(time_s: np.ndarray) -> np.ndarray:
@@ -255,9 +255,14 @@ def path_acceleration(
 def sensed_page(name: str, results: Sequence[Sensed]) -> str:
     """One HTML page of a run's name: a table, and the norm over time, the sensor beside the run."""
     rows: list[list[Cell]] = [
-        [label_of(result.segment), _AXES[axis], Number(f"{of['r']:.3f}"), Number(f"{of['rmse_mps2']:.2f}")]
+        [
+            label_of(result.segment),
+            _AXES[axis],
+            Number(f"{agreed['r']:.3f}"),
+            Number(f"{agreed['rmse_mps2']:.2f}"),
+        ]
         for result in results
-        for axis, of in result.agreement.items()
+        for axis, agreed in result.agreement.items()
     ]
     about = (
         "Axes of the run's LEVEL, to whose heading the sensor's world was turned; the means over the compared time, "

@@ -163,7 +163,7 @@ def _with_trunk_of(side: Side, truth: Side) -> Side:
     values = angles(
         rotate(transpose(R_world_from_body(filtered)), _trunk_by_shoulders(filtered, always=True))
     )
-    given = {name: np.isfinite(of) for name, of in side.angles.items()}  # withheld stays withheld
+    given = {name: np.isfinite(degrees) for name, degrees in side.angles.items()}  # withheld stays withheld
     return replace(side, angles={name: np.where(given[name], values[name], np.nan) for name in side.angles})
 
 

@@ -201,4 +201,4 @@ def test_the_error_of_the_symmetry_index_is_that_of_draws():
 def test_a_difference_of_the_sides_is_withheld_where_twice_as_much_would_lie_within_its_error(error, key):
     """Right less left of a real take's thighs, in truth 13 %: "93 ± 69 %"."""
     assert [row.name for row in symmetry(40, 13, error)] == [key]
-    assert [row.name for row in symmetry(40, 13, error, of="step_time_")] == [f"step_time_{key}"]
+    assert [row.name for row in symmetry(40, 13, error, prefix="step_time_")] == [f"step_time_{key}"]
