@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import levelling, moving
+from pcnet3d.models.gravity import levelling
 from pcnet3d.models.gravity.evidence import TakeUp
 from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from pcnet3d.models.gravity.levelling import known_moving_up, known_up, timed, with_looks
@@ -269,8 +269,7 @@ class Sure:
 
 def test_what_surer_skeletons_say_is_not_known_from_elsewhere(turning, monkeypatch):
     """A diagonal pattern that they contradict, and an image that was looked at a moment only."""
-    for module in (levelling, moving):
-        monkeypatch.setattr(module, "stated_spread", lambda poses: np.full(len(poses), USUAL_SPREAD))
+    monkeypatch.setattr(levelling, "stated_spread", lambda poses: np.full(len(poses), USUAL_SPREAD))
     poses, up = turning
     still = poses.with_(joints=np.repeat(poses.joints[:1], len(poses), axis=0))
     diagonal = Rotation.from_rotvec([0, 0, np.pi / 5]).apply(up)
