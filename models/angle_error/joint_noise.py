@@ -27,10 +27,9 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
@@ -64,8 +63,6 @@ class JointNoise:
     says, one of the rate, a least one in degrees a second, and what one of posture.growth's speed adds; their squares
     add. turn: of joints' own places (joint_covariance.py). lifter: whose poses these are the errors of, as
     PoseSequence.made_by names it."""
-
-    __pydantic_config__: ClassVar = {"arbitrary_types_allowed": True}  # the modes
 
     modes: np.ndarray
     usual: tuple[float, float, float] = (5.0, 0.06, 0.016)
@@ -120,12 +117,19 @@ class JointNoise:
 
     def as_json(self) -> str:
         """As joint_noise.json holds it."""
-        rounded = {
+        content = {
+            "lifter": self.lifter,
             "usual": [round(each, 5) for each in self.usual],
             "powers": [round(power, 3) for power in self.powers],
-            "modes": np.round(self.modes, 6).tolist(),
+            "factors": self.factors,
+            "tilts": self.tilts,
+            "more": {name: {"found_deg": at, "sd_deg": more} for name, (at, more) in self.more.items()},
+            "postures": self.postures,
+            "rates": self.rates,
+            "turn": self.turn,
+            "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in self.modes],
         }
-        return json.dumps(vars(self) | rounded) + "\n"
+        return json.dumps(content) + "\n"
 
 
 def shipped_noise() -> JointNoise:
@@ -141,18 +145,28 @@ def made_by_the_built_in(poses: PoseSequence) -> bool:
 @cache
 def read_noise(path: Path) -> JointNoise:
     """InputError for a file that is no such file."""
-    from pydantic import TypeAdapter
-
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        modes = np.array(content["modes"], dtype=np.float64).reshape(-1, len(JOINTS), 3)
-        whole = {each.name: content[each.name] for each in fields(JointNoise)}
-        return TypeAdapter(JointNoise).validate_python(whole | {"modes": modes})
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        return JointNoise(
+            modes=np.array(content["modes"], dtype=np.float64).reshape(-1, len(JOINTS), 3),
+            usual=tuple(content["usual"]),
+            powers=tuple(content["powers"]),
+            factors=dict(content["factors"]),
+            tilts=dict(content["tilts"]),
+            more={name: (more["found_deg"], more["sd_deg"]) for name, more in content["more"].items()},
+            postures={name: list(map(float, each)) for name, each in content["postures"].items()},
+            rates={
+                name: (share, of_rate, least, of_speed)
+                for name, (share, of_rate, least, of_speed) in content["rates"].items()
+            },
+            turn=(content["turn"][0], content["turn"][1], content["turn"][2]),
+            lifter=str(content["lifter"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             "format-unknown",
             f"Expected {path} to hold the errors of a lifter's angles, as pcnet3d lab evaluate errors --fit writes "
-            f"them; got {type(error).__name__}.",
+            f"them; got {error or type(error).__name__}.",
         ) from error
 
 

@@ -11,11 +11,12 @@ test bed MPJPE, knees and elbows became worse at every threshold, with exact one
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.frames import CAMERA, change_frame
 from ...pipeline.core.layouts import H36M17, Layout
 from ...pipeline.core.pose import PoseSequence, Rectified
@@ -95,6 +96,11 @@ class TakeJoints:
     unseen: np.ndarray | None = None
     layout: Layout = H36M17
 
+    def rows(self, rows: slice) -> TakeJoints:
+        """Some of its frames."""
+        arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **arrays)
+
 
 @dataclass(frozen=True, eq=False)
 class LiftErrors:
@@ -108,10 +114,43 @@ class LiftErrors:
     stated: np.ndarray | None = None
     growth: Mapping[str, np.ndarray] | None = None
 
+    def rows(self, rows: slice) -> LiftErrors:
+        """Of some of the frames."""
+        growth = self.growth and {arms: values[rows] for arms, values in self.growth.items()}
+        of_rows = self.error_deg[rows], self.up_error_deg[rows]
+        return LiftErrors(*of_rows, self.noise, None if self.stated is None else self.stated[rows], growth)
+
 
 def take_angles(take: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
     """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where the layout has heels and
     toes. errors: None of joints that no lifter made."""
+    size = np.empty(0)
+    if errors is not None:
+        size = noise_size(take.filtered, errors.error_deg, errors.up_error_deg, errors.noise, errors.stated)
+    parts = [
+        _angles(take.rows(rows), errors and errors.rows(rows), size[rows])
+        for rows in blocks(len(take.joints))
+    ]
+    if len(parts) == 1:
+        return parts[0]
+    return {name: _joined([part.pop(name) for part in parts]) for name in list(parts[0])}
+
+
+def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
+    """Of a long take, whose errors are held once where nobody knows them."""
+    joined = {
+        each.name: np.concatenate([getattr(part, each.name) for part in parts])
+        for each in fields(AngleSeries)
+    }
+    unknown = np.broadcast_to(np.float32(np.nan), joined["value_deg"].shape)
+    return AngleSeries(
+        **{name: unknown if np.isnan(values).all() else values for name, values in joined.items()}
+    )
+
+
+def _angles(take: TakeJoints, errors: LiftErrors | None, size: np.ndarray) -> dict[str, AngleSeries]:
+    """As `take_angles`, of so few frames that what is made on the way takes little memory. size: (T,) of `noise_size`
+    of the whole take."""
     turned = np.asarray(is_finite(take.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], take.R_source_from_body, np.eye(3))
@@ -121,7 +160,6 @@ def take_angles(take: TakeJoints, errors: LiftErrors | None = None) -> dict[str,
     unknown, sd = np.broadcast_to(np.float32(np.nan), len(body)), {}  # held once
     if errors is not None:
         rectified = errors.error_deg, errors.up_error_deg
-        size = noise_size(take.filtered, *rectified, errors.noise, errors.stated)
         sd = angle_sd(body, take.R_source_from_body, *rectified, size, errors.noise)
     visible, filtered = (is_finite(joints) for joints in (take.joints, take.filtered))
     hidden = np.zeros(visible.shape, dtype=bool) if take.unseen is None else take.unseen & ~visible

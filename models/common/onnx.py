@@ -46,7 +46,7 @@ class OnnxFile:
     @property
     def looks(self) -> str:
         """Inputs and outputs in words, for a message."""
-        return f"inputs {self.inputs}; outputs {self.outputs}"
+        return f"inputs {_in_words(self.inputs)}; outputs {_in_words(self.outputs)}"
 
     def run(self, *values: np.ndarray) -> list[np.ndarray]:
         """Every output, for a value of each input in their order."""
@@ -160,3 +160,10 @@ def _shapes(entries: list[Any]) -> dict[str, tuple[int | None, ...]]:
         entry.name: tuple(size if isinstance(size, int) else None for size in entry.shape)
         for entry in entries
     }
+
+
+def _in_words(shapes: dict[str, tuple[int | None, ...]]) -> str:
+    said = (
+        f"{name} ({', '.join('?' if n is None else str(n) for n in shape)})" for name, shape in shapes.items()
+    )
+    return ", ".join(said)

@@ -96,7 +96,7 @@ def _swing(level: PoseSequence) -> tuple[float, float]:
         return none
     knee_deg = float(np.nanmedian(np.fmin(*knees_deg)))
     walks = stance_s > _WALKS * swing_s and lift - below < _LIFT and not backwards
-    return float(swing_s), _too_quick(swing_s, walks, knee_deg)
+    return float(swing_s), _too_quick(float(swing_s), walks, knee_deg)
 
 
 def _too_quick(swing_s: float, walks: bool, knee_deg: float) -> float:

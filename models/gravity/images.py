@@ -441,15 +441,18 @@ def _covariance(best: Fit, others: Sequence[Fit], nats: float) -> np.ndarray:
 
 
 def _refuse(images: Sequence[np.ndarray], focal_px: float | None) -> None:
-    fine = all(
-        image.dtype == np.uint8 and (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3))
-        for image in images
-    )
-    if not fine or len({image.shape[:2] for image in images}) != 1:
+    if not images:
+        raise InputError("needs-input", "Expected one image or more, got none.")
+    for image in images:
+        if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+            raise InputError(
+                "wrong-content",
+                f"Expected images of (height, width, 3) RGB or (height, width) grey, uint8; got {image.shape} "
+                f"{image.dtype}.",
+            )
+    if len({image.shape[:2] for image in images}) > 1:
         raise InputError(
-            "wrong-content",
-            "Expected one image or more of (height, width, 3) RGB or (height, width) grey, uint8, all of one size; got "
-            f"{', '.join(f'{image.shape} {image.dtype}' for image in images) or 'none'}.",
+            "wrong-content", "Expected images of one size; give those of each camera on their own."
         )
     if focal_px is not None and not 0.1 < focal_px / max(images[0].shape[:2]) < 20:
         raise InputError(

@@ -55,7 +55,11 @@ def naming(place: object) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise error if str(place) in str(error) else InputError(error.code, f"{place}: {error}") from None
+        if str(place) in str(error):
+            raise
+        raise InputError(
+            error.code, f"{place}: {error}"
+        ) from error.__cause__  # what a user's own function raised
 
 
 @contextmanager

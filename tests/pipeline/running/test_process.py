@@ -9,7 +9,7 @@ from golden import numbered
 from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import MadeBy, load_recipe, read_run
+from pcnet3d.pipeline import InputError, MadeBy, load_recipe, read_run
 from refusals import refused
 
 FPS, SIZE = numbered.FPS, (numbered.WIDTH, numbered.HEIGHT)
@@ -200,6 +200,16 @@ def test_nobody_in_any_image(film, nobody):
 def test_a_lifter_that_fails_is_told_with_its_name_and_the_frames(keypoints, answer, said):
     with refused("plugin-broken", said, "lift", "<lambda>", "frames 0 to 59"):
         pcnet3d.process(keypoints=keypoints, fps=FPS, image_size=SIZE, lift=answer)
+
+
+def test_what_a_function_raised_is_the_cause_of_the_refusal(keypoints, film):
+    for given in (
+        {"keypoints": keypoints, "fps": FPS, "image_size": SIZE, "lift": broken},
+        {"video": film, "detect": broken},
+    ):
+        with pytest.raises(InputError) as refusal:
+            pcnet3d.process(**given)
+        assert isinstance(refusal.value.__cause__, TypeError | ValueError)
 
 
 @pytest.mark.parametrize(
