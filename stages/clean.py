@@ -61,9 +61,9 @@ class Clean:
         notices += _lacking(poses.times)
         body = poses.without_feet
         visible = is_finite(body.joints)
-        if absent := [
-            body.layout.joints[i] for i in np.flatnonzero(~visible.any(axis=0))
-        ]:  # as of files without a head
+        # As of files without a head.
+        absent = [body.layout.joints[i] for i in np.flatnonzero(~visible.any(axis=0))]
+        if absent:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
         if take.keypoints is not None and poses.layout.is_body:
             size = take.image_size

@@ -26,6 +26,7 @@ import numpy as np
 from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gait.clock import clock_doubts
 from ..models.smoother import LIFTED, Motion, known_noise
+from ..pipeline.core.errors import InputError
 from ..pipeline.core.figures import UNITS
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
@@ -174,8 +175,12 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     spline, never taken across a gap, a clip boundary or dropped frames; NaN where there is none.
     motion: that of this path (`known_motions`). Its values are then taken, each with its standard deviation
     (`..._sd`), and each norm with a reason (int8, FINE, MISSING or UNCERTAIN); where that is MISSING the values are
-    NaN.
+    NaN. InputError for a unit that is neither metres nor arbitrary.
     """
+    if path.frame.unit not in ("m", "arbitrary"):
+        raise InputError(
+            "wrong-axes", f"Expected poses in metres or in arbitrary units, got {path.frame.unit}."
+        )
     points = path.root if joint == "root" else None
     position = path.joint(joint).astype(np.float64) if points is None else points
     if motion is not None:

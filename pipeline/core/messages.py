@@ -34,9 +34,15 @@ def rate_in_words(fps: float, before: str) -> str:
 
 def spans_in_words(spans: Sequence[tuple[float, float]], most: int = 3) -> str:
     """Times from one second to another, such as "0.50 to 1.00 s, 2.00 to 3.00 s and 2 more times", of which so many are
-    told."""
-    listed = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in spans[:most])
-    more = len(spans) - most
+    told; those that overlap as one, but not two that meet at an image."""
+    apart: list[list[float]] = []
+    for begin, end in sorted(map(tuple, spans)):
+        if apart and begin < apart[-1][1]:
+            apart[-1][1] = max(end, apart[-1][1])
+        else:
+            apart.append([begin, end])
+    listed = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in apart[:most])
+    more = len(apart) - most
     return f"{listed} and {how_many(more, 'more time')}" if more > 0 else listed
 
 

@@ -175,8 +175,12 @@ def _breaking(name: str) -> Markup:
 
 def _cell(cell: Cell, number: bool) -> tuple[str, str, str]:
     """Its class, words and address. number: of a column of numbers."""
-    words = cell.words if isinstance(cell, Soft | Number) else cell if isinstance(cell, str) else str(cell)
-    words = "–" if cell is None else _breaking(cell.words) if isinstance(cell, Link) else words
+    if isinstance(cell, Soft | Number):
+        words = cell.words
+    elif isinstance(cell, Link):
+        words = _breaking(cell.words)
+    else:
+        words = cell if isinstance(cell, str) else "–" if cell is None else str(cell)
     long = len(words) > 40 and not isinstance(cell, Markup)
     kind = "soft" if isinstance(cell, Soft) else "number" if number else "long" if long else ""
     return kind, words, cell.address if isinstance(cell, Link) else ""

@@ -111,7 +111,11 @@ class _Page:
         # (T, 3) in CAMERA axes; NaN where the take is not levelled or the poses are not a camera's.
         rectified, frame = take.need("rectified"), take.need("poses").frame
         levelled = frame.family == "camera" and rectified.level_ok
-        self.up = rotate(frame.basis.T, shared_up(rectified)) if levelled else rectified.up_votes * np.nan
+        self.up = (
+            rotate(frame.basis.T, shared_up(rectified))
+            if levelled
+            else np.full((len(rectified.level), 3), np.nan)
+        )
         # On those that the detector has not seen nothing rests.
         keypoints = take.keypoints
         self.keypoints = keypoints and keypoints.without(keypoints.confidence < LEAST_SCORE)

@@ -21,6 +21,6 @@ def write_netcdf(take: Take, path: Path) -> None:
     """What `Take.to_xarray` holds, unfiltered."""
     level = take.need("rectified").level
     said = json.dumps(provenance(take, level.frame, level.history))
-    content = take.to_xarray().assign_attrs(provenance=said).to_netcdf(engine="scipy", format="NETCDF3_64BIT")
+    content = take.to_xarray().assign_attrs(provenance=said)
     with whole_file(path) as partial:
-        partial.write_bytes(content)
+        content.to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")

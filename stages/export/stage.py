@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...models.common.metrics import plain
-from ...pipeline.core.camera import pitch_roll_deg
+from ...pipeline.core.camera import Camera, pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
@@ -212,19 +212,25 @@ def summary(take: Take) -> dict[str, Any]:
             "level_reason": rectified.level_reason,
             "steps": len(rectified.level.history),
         },
-        "camera": (camera := take.camera)
-        and {
-            **{name: getattr(camera, name) for name in _OF_CAMERA},
-            "looks": len(camera.looks),
-            "no_up_reason": camera.reason,
-            "background": camera.background and asdict(camera.background),
-        },
+        "camera": _camera(take.camera),
         "cutoff_hz": take.cutoff_hz,
         "angle_errors": take.angle_errors,
         "measures": None if take.measures is None else nested(take.measures),
         "history": [asdict(step) for step in take.history],
     }
     return plain(content)
+
+
+def _camera(camera: Camera | None) -> dict[str, Any] | None:
+    """The camera's focal length, where it comes from, and how it moves."""
+    if camera is None:
+        return None
+    return {
+        **{name: getattr(camera, name) for name in _OF_CAMERA},
+        "looks": len(camera.looks),
+        "no_up_reason": camera.reason,
+        "background": camera.background and asdict(camera.background),
+    }
 
 
 def _up_by_source(take: Take) -> dict[str, dict[str, float]]:

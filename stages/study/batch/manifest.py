@@ -138,6 +138,11 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
         with open(path, encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file, strict=True)
             header = next(reader, [])
+            if len(header) == 1 and ";" in header[0]:
+                raise InputError(
+                    "format-unknown",
+                    f"{path}: expected commas between columns, found semicolons; save it with commas.",
+                )
             columns = [_column(name, str(path)) for name in header]
             if twice := {name for name in columns if columns.count(name) > 1}:
                 raise InputError(

@@ -31,7 +31,7 @@ from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_j
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
-from ....pipeline.reading.find import find_adapter
+from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
 
@@ -318,9 +318,10 @@ def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | 
 
 def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     given = {name: value for name, value in {"up": up, "unit": unit}.items() if value is not None}
-    adapter = find_adapter(path, gives="poses")
     people = [
         poses
+        for adapter in adapters("poses").values()
+        if recognises(adapter, path)
         for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options=given)
         if poses.frame.family == "world" and poses.frame.metric
     ]

@@ -80,7 +80,7 @@ class LiveRecording:
     def log(self, shot: Shot, person: Found | None, pose: LivePose) -> None:
         """One image and what is known about it, written meanwhile; where the thread is _BEHIND images behind, that is
         waited for."""
-        self._pending.append(self._beside.submit(self._write, shot, person, pose))
+        self._pending.append(self._beside.submit(self._strictly, shot, person, pose))
         while len(self._pending) > _BEHIND:
             self._pending.popleft().result()
 

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from pcnet3d.pipeline.core import messages
+from pcnet3d.pipeline.core.measures import with_bar
 
 
 @pytest.fixture(autouse=True)
@@ -26,6 +27,22 @@ def test_spans_of_time_in_a_sentence():
     assert messages.spans_in_words(spans, 1) == "0.50 to 1.00 s and 2 more times"
     assert messages.spans_in_words(spans, 2) == "0.50 to 1.00 s, 2.00 to 3.00 s and 1 more time"
     assert messages.spans_in_words(spans) == "0.50 to 1.00 s, 2.00 to 3.00 s, 4.00 to 5.12 s"
+    assert messages.spans_in_words([(1, 2.1), (4, 5), (1.004, 2)]) == "1.00 to 2.10 s, 4.00 to 5.00 s"
+    assert messages.spans_in_words([(1, 1.3), (1.3, 1.6)]) == "1.00 to 1.30 s, 1.30 to 1.60 s"
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "shown"),
+    [
+        (97.31, 2.4, "97 ± 4"),
+        (97.31, 0.0, "97.31 ± 0"),
+        (97.31, None, "97"),
+        (1.234, None, "1.2"),
+        (123.0, None, "123"),
+    ],
+)
+def test_a_figure_has_the_digits_that_its_error_leaves(value, error, shown):
+    assert with_bar(value, error) == shown
 
 
 def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):

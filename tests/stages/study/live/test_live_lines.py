@@ -14,10 +14,12 @@ import pytest
 from commands import APART
 from golden.recordings import GEOMETRIC, logged
 from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Source
+from pcnet3d.stages.study.live.recording import live_recording
+from pcnet3d.stages.study.live.source import Shot, Source
 from refusals import refused
 
 
@@ -106,3 +108,12 @@ def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, 
     monkeypatch.setattr(Source, "until", until)
     next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
     assert order[:2] == ["networks", "images"]
+
+
+def test_what_the_recording_cannot_hold_is_an_error_and_no_hole(poses, tmp_path):
+    shot = Shot(0, 0.0, np.zeros((8, 8, 3), np.uint8))
+    with (
+        pytest.raises(Exception, match="unknown"),
+        live_recording(tmp_path / "live.rrd", COCO17, None, False) as recording,
+    ):
+        recording.log(shot, None, replace(poses[0], error_deg="unknown"))
