@@ -26,7 +26,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.arrays import load
-from ...pipeline.files.skeletons import leg_length
+from ...pipeline.files.skeletons import leg_length, upright_share
 from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
@@ -96,23 +96,28 @@ def read_tree(tree: Path) -> list[Clip]:
         raise InputError("nothing-usable", f"Expected recordings as {PATTERN} in {tree}, found none.")
     clips = []
     for path in each(files, "files", len(files)):
+        environment, subject, action = path.parts[-4:-1]
+        if subject not in SUBJECTS or environment != f"E{(int(subject[1:]) - 1) // 10 + 1:02d}":
+            raise InputError("name-unknown", f"{path}: MM-Fi has no {environment}/{subject}.")
         joints = load(path, ("frames", 17, 3)).astype(np.float64)
         world = rotate(CAMERA_FROM_SOURCE.T, joints).astype(np.float32)
-        if not np.isfinite(world).all() or not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
+        if not np.isfinite(world).all():
             raise InputError(
-                "wrong-content", f"Expected all joints of a person in metres in {path}; download it again."
+                "file-damaged", f"{path}: expected all joints in every frame; download it again."
             )
-        subject, action = path.parts[-3:-1]
+        if not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
+            raise InputError("wrong-axes", f"{path}: expected metres, got legs {leg_length(world):.3g} long.")
         clips.append(Clip(f"{subject}_{action}", subject, "mmfi", FPS, world))
     # What is assumed of the joints' order and axes.
     joints = np.concatenate([clip.joints for clip in clips])
     require_sides(joints)
     hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
-    face = (hips[:, 1] < 0).mean()  # who faces -x has the left at -y
-    if face < 0.5:
+    stand, face = upright_share(joints), float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
+    if min(stand, face) < 0.5:
         raise InputError(
             "wrong-axes",
-            f"Only in {100 * face:.0f} % of the frames is somebody upright who faces the sensor.",
+            "Expected people who stand and face MM-Fi's sensor, x right, y down, z away, but only "
+            f"{100 * min(stand, face):.0f} % of the frames do.",
         )
     return clips
 

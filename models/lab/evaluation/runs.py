@@ -254,8 +254,9 @@ def finished(
         sets = asked.sets if sets is None else sets
         filmed = ((of.label, truth, None) for of in sets for truth in seen_takes(asked, of, only))
     for label, truth, video in filmed:
+        before = given(truth, asked, video)
         try:
-            take = pipeline(given(truth, asked, video))
+            take = pipeline(before)
         except InputError:
             take = None
         yield Finished(take, truth, label, asked)

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 
 from ....pipeline.core.camera import Look
-from ....pipeline.core.errors import readable
+from ....pipeline.core.errors import InputError, readable
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.lifted import ToLift
@@ -288,6 +288,8 @@ def read_seen(path: Path) -> tuple[Video, PoseSequence]:
     once in a process, for several reports on it."""
     video = read_video(path)
     found = detect_in(video, load_detector(data_folder() / _DETECTOR, looks=None))
+    if not len(found.person):
+        raise InputError("nothing-usable", f"Expected a person in {path}, but {found.method} finds nobody.")
     return video, choose_person(found.people(), "longest", str(path))
 
 

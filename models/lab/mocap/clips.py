@@ -68,6 +68,11 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
             f"Expected joints of H36M17, {FPS:g} times a second, in {path}: see joint_names, fps.",
         )
     world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
+    if not np.isfinite(world).all():
+        raise InputError(
+            "file-damaged",
+            f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.",
+        )
     return tuple(
         Clip(
             name=str(arrays["clip_name"][i]),

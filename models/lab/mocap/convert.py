@@ -50,6 +50,10 @@ def mocap(
     It lists the subjects: a split needs to know them.
     """
     refuse_unwritable(output.parent)
+    if output.is_dir():
+        raise InputError(
+            "cannot-write", f"Expected a file to write, but {output} is a folder; choose another -o."
+        )
     clips = read_folder(folder)
     output.parent.mkdir(parents=True, exist_ok=True)
     write_mocap(output, clips)

@@ -661,9 +661,13 @@ class TrainConfig(Training):
 
     @model_validator(mode="after")
     def _as_recorded(self) -> Self:
-        if self.targets == "axes" and (self.lifted or self.lifted_val):
+        poses = self.mixture.poses
+        turned = self.lifted or self.lifted_val or poses.turned or poses.leaning or poses.laid
+        if self.targets == "axes" and turned:
             raise InputError(
-                "option-conflict", 'lifted takes have no targets = "axes"; leave lifted and lifted_val out'
+                "option-conflict",
+                'expected bodies as they were recorded for targets = "axes"; leave lifted, lifted_val, turned, leaning '
+                "and laid out",
             )
         return self
 

@@ -53,8 +53,9 @@ def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
     [
         (lambda j: j * [-1, 1, 1], "exchanged"),  # a mirrored body
         (lambda j: j[:, H36M17.mirror], "exchanged"),  # left and right exchanged, coordinates right
-        (lambda j: j * [-1, 1, -1] + [0, 0, 6], "Only in 0 %"),  # turned about the vertical
-        (lambda j: j * [-1, -1, 1], "Only in 0 %"),  # a camera upside down
+        (lambda j: j * [-1, 1, -1] + [0, 0, 6], "only 0 %"),  # turned about the vertical
+        (lambda j: j * [-1, -1, 1], "only 0 %"),  # a camera upside down
+        (lambda j: j * [1, -1, -1], "only 0 %"),  # y up and z backwards
         (lambda j: 1000 * j, "metres"),
         (lambda j: j[:, :16], "frames, 17, 3"),
         (lambda j: np.where(np.arange(17)[:, None] == 3, np.nan, j), "all joints"),
@@ -64,6 +65,13 @@ def test_camera_axes_become_the_papers(mmfi_tree, facing_camera):
 def test_a_tree_that_contradicts_is_refused(mmfi_tree, change, words):
     with pytest.raises(InputError, match=words):
         read_tree(mmfi_tree(["S01", "S02"], change=change))
+
+
+def test_what_mm_fi_does_not_have_is_refused(mmfi_tree):
+    tree = mmfi_tree(["S01"])
+    (tree / "E01").rename(tree / "E02")
+    with pytest.raises(InputError, match="MM-Fi has no E02/S01"):
+        read_tree(tree)
 
 
 def test_the_protocols_people(mmfi_tree):

@@ -29,6 +29,7 @@ def test_world_joints_are_pelvis_plus_root(tmp_path):
         ({"joint_names": HELD["joint_names"][::-1]}, "wrong-content"),
         ({"clip_start": np.array([0, 5, 4])}, "wrong-content"),
         ({"fps": np.array(60.0)}, "wrong-content"),
+        ({"joints": np.full((8, 17, 3), np.nan)}, "file-damaged"),
         ({"subject": np.array([{"pickled": 1}], dtype=object)}, "unsafe"),
     ],
 )
