@@ -11,8 +11,6 @@ from __future__ import annotations
 import reprlib
 from pathlib import Path
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
@@ -44,7 +42,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             raise InputError(
                 "wrong-content", f"{where}: expected [[], keypoints], got {reprlib.repr(classes)}."
             )
-        if np.size(classes[1]):
+        if not isinstance(classes[1], list) or classes[1]:
             for person in shaped(classes[1], where, ("people", 4, len(COCO17))):
                 sightings.add(frame, person[[_X, _Y]].T, person[_PROBABILITY])
     return sightings.keypoints()

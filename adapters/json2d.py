@@ -12,6 +12,8 @@ certainty.
 
 from __future__ import annotations
 
+import reprlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +24,7 @@ from ..pipeline.core.layouts import COCO17, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
 from .kit.frames import first_person, frame_files, keypoints_of, name_of, people, surely_2d
-from .kit.json import beginning
+from .kit.json import beginning, entries, field, load
 from .kit.people import People
 
 name = "json2d"
@@ -34,6 +36,7 @@ reads = (
 )
 
 _BODIES = ("bodies", "people")  # of AlphaPose's --format cmu and open
+_WHAT = "2D keypoints in JSON"
 _PIXELS = 5.0  # that joints lie apart, at least; shares of an image are within 1
 _MOST_SCORE = 2.0  # and no third coordinate
 _PIXEL = 1.0
@@ -69,7 +72,8 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     by_image = _by_image(content)
     _check_names(content, str(path))
     moments, sightings = Moments(str(path)), People(str(path))
-    for moment, person, where in people(path, "2D keypoints in JSON", moments):
+    listed = _annotations(path, moments) if _lists_images(content) else people(path, _WHAT, moments)
+    for moment, person, where in listed:
         points, scores = keypoints_of(person, where)
         if by_image:
             _refuse_head_as_neck(points, where)
@@ -84,6 +88,34 @@ def _lists_images(content: Any) -> bool:
     listed = content.get("images") if isinstance(content, dict) else None
     first = listed[0] if isinstance(listed, list) and listed else None
     return isinstance(first, dict) and first.keys() >= {"id", "file_name"}
+
+
+def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
+    """Moment, annotation and place in the file of each of COCO's that has keypoints."""
+    listed: dict[str, str] = {}  # names of images by their numbers
+    images: dict[str, str] = {}  # and numbers by names, of those with people
+    content = load(path, _WHAT)
+    for i, image in enumerate(entries(field(content, "images", str(path)), str(path))):
+        where = f"{path}, image {i}"
+        listed[str(field(image, "id", where))] = str(field(image, "file_name", where))
+    for i, entry in enumerate(entries(field(content, "annotations", str(path)), str(path))):
+        where = f"{path}, annotation {i}"
+        image = field(entry, "image_id", where)
+        if str(image) not in listed:
+            raise InputError(
+                "wrong-content", f"{where}: expected an image that the file lists, got {reprlib.repr(image)}."
+            )
+        if "keypoints" not in entry:
+            continue
+        name = listed[str(image)]
+        if images.setdefault(name, str(image)) != str(image):
+            raise InputError(
+                "files-apart",
+                f"{where}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
+                "another image; keep each video's keypoints in a file of their own.",
+            )
+        if (moment := moments.of({"file_name": name}, where)) is not None:
+            yield moment, entry, where
 
 
 def _by_image(content: Any) -> bool:

@@ -12,8 +12,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25
@@ -50,7 +48,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     numbered = all("time" in frame for frame in frames.values())
     for row, (image, frame) in enumerate(frames.items()):
         where, ids, bodies = f"{path}, frame {image}", frame.get("tid"), frame.get(_JOINTS)
-        ages = frame.get("tracked_time", [0] * np.size(ids))
+        ages = frame.get("tracked_time", [0] * len(ids) if isinstance(ids, list) else None)
         if not all(isinstance(held, list) and len(held) == len(ids) for held in (ids, bodies, ages)):
             raise InputError(
                 "wrong-content",

@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from .json import field, frame_number
+from .json import frame_number
 
 # By the plain name (`plain`); of several of a kind the first in this table counts.
 _NAMES = {
@@ -114,7 +113,7 @@ class Moments:
         self._numbers: dict[tuple[Any, ...], int] = {}  # of the moments that say when they were
         self._silent: dict[str | None, int] = {}  # the last moment of each person that does not
         self._recordings: dict[str, None] = {}
-        self._images: dict[str, str] = {}  # names by numbers, of COCO's annotations
+        self._values: dict[str, list[Any]] = {}  # of each field, by moment, while a clock is made
         self._rate: float | None = None
 
     def of(self, row: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
@@ -124,8 +123,6 @@ class Moments:
         row: its values under any names; what is no clock's does not matter. where: which row it is, for errors.
         InputError for a frame that is no whole number.
         """
-        if self._images:
-            row = {"file_name": field(self._images, str(field(row, "image_id", where)), where)}
         fields: dict[str, Any] = {}
         kinds: dict[str, list[Any]] = {}  # the values of each kind
         for name, value in row.items():
@@ -151,11 +148,8 @@ class Moments:
         return number
 
     def state(self, key: str, value: Any) -> None:
-        """What a file says of itself beside its rows: its frame rate, maybe among other things in an object, or an
-        image that rows name by its number."""
-        if isinstance(value, Mapping) and value.keys() >= {"id", "file_name"}:
-            self._images[str(value["id"])] = str(value["file_name"])
-        elif isinstance(value, Mapping):
+        """What a file says of itself beside its rows: its frame rate, maybe among other things in an object."""
+        if isinstance(value, Mapping):
             for name, inner in value.items():
                 if not isinstance(inner, Mapping):
                     self.state(name, inner)
@@ -163,15 +157,16 @@ class Moments:
             self._rate = rate
 
     def clock(self) -> Clock:
-        """The clock of all moments. InputError for frames that are no whole numbers, for times that do not increase
-        with them, and for several recordings of which none was chosen."""
+        """The clock of all moments, which are let go then. InputError for frames that are no whole numbers, for times
+        that do not increase with them, and for several recordings of which none was chosen."""
         if self._wanted is not None and not self._rows:
             raise InputError(
                 "name-unknown",
                 f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
             )
         names = dict.fromkeys(name for row in self._rows for name in row)
-        self._values = {name: [row.get(name) for row in self._rows] for name in names}
+        self._values, count = {name: [row.get(name) for row in self._rows] for name in names}, len(self._rows)
+        self._rows.clear()
         self._check_one_recording()
         frame_name, frames = self._frames()
         time_name, time_s = self._times()
@@ -182,7 +177,9 @@ class Moments:
             and self._like(name, frames)
             and not (time_name and kind_of(name) == "time")
         ]
-        index = np.arange(len(self._rows)) if frames is None else frames
+        self._values.clear()
+        self._numbers.clear()
+        index = np.arange(count) if frames is None else frames
         if frames is None and time_s is not None:
             index = self._counted(time_s)
         elif time_s is not None:
@@ -200,12 +197,6 @@ class Moments:
         return Clock(index, time_s, frames is not None, tuple(notices))
 
     def _check_one_recording(self) -> None:
-        if len({*self._images.values()}) < len(self._images):
-            raise InputError(
-                "files-apart",
-                f"{self._where}: expected the images of one video, each with a name of its own, got one for several; "
-                "keep each video's keypoints in a file of their own.",
-            )
         for name in (*of_kind("recording", self._values), *of_kind("image", self._values)):
             values = [str(value) for value in self._values[name] if value is not None]
             names = list(dict.fromkeys(values))
@@ -235,16 +226,21 @@ class Moments:
 
     def _numbered(self, values: Sequence[Any]) -> np.ndarray:
         """Numbers of images by their names. InputError for one that has none, and for two images of one number."""
-        numbers = [frame_number(value, self._where) for value in values]
-        folders = {str(value).replace("\\", "/").rpartition("/")[0] for value in values}
-        if len(folders) > 1 or len(set(numbers)) < len(numbers):
-            raise InputError(
-                "files-apart",
-                f"{self._where}: expected the images of one video, in one folder, each with a number of its own, got "
-                f"{len(set(numbers))} numbers of {len(values)} images in {how_many(len(folders), 'folder')}; keep each "
-                "video's keypoints in a file of their own.",
-            )
-        return np.array(numbers, dtype=np.int64)
+        names: dict[int, str] = {}
+        folder: str | None = None
+        for value in values:
+            number, text = frame_number(value, self._where), str(value)
+            parent = text.replace("\\", "/").rpartition("/")[0]
+            folder = parent if folder is None else folder
+            other = names.setdefault(number, text)
+            if other != text or parent != folder:
+                beside = other if other != text else next(iter(names.values()))
+                raise InputError(
+                    "files-apart",
+                    f"{self._where}: expected the images of one video, in one folder, each with a number of its own, "
+                    f"got {text} beside {beside}; keep each video's keypoints in a file of their own.",
+                )
+        return np.array(list(names), dtype=np.int64)
 
     def _times(self) -> tuple[str | None, np.ndarray | None]:
         """The field of the times, and seconds (M,)."""

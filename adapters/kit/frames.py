@@ -87,8 +87,6 @@ def people_of(entry: Any) -> list[Any] | None:
             return None
     listed = entry
     if isinstance(entry, dict):
-        if "bbox" in entry and "image_id" in entry and "keypoints" not in entry:  # COCO's of other things
-            return []
         if any(key in entry for key in (*_KEYPOINTS, *KEYPOINTS_3D)):
             return [entry]
         listed = next((entry[key] or [] for key in _PEOPLE if key in entry), None)
@@ -137,7 +135,7 @@ def frames(
         listed, count = key, count + 1
         fields = entry if isinstance(entry, dict) else {}
         if key == _FROM_1 and "instances" in fields:
-            fields = fields | {"frame_id": frame_number(fields.get("frame_id"), where) - 1}
+            fields = fields | {"frame_id": _from_1(fields, where)}
         elif plain(key) in _PEOPLE and not any(
             kind_of(name) in ("frame", "image", "time") for name in fields
         ):
@@ -150,6 +148,15 @@ def frames(
         raise InputError(
             "format-unknown", f"{path}: expected {what} in a list of people or of frames, found none."
         )
+
+
+def _from_1(fields: Mapping[str, Any], where: str) -> int:
+    frame = frame_number(fields.get("frame_id"), where)
+    if frame < 1:
+        raise InputError(
+            "times-broken", f"{where}: expected frames from 1, as MMPose's demos count, got frame 0."
+        )
+    return frame - 1
 
 
 def frame_files(path: Path) -> list[Path]:

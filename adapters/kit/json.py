@@ -97,6 +97,13 @@ def field(entry: Any, key: str, where: str) -> Any:
     return entry[key]
 
 
+def entries(values: Any, where: str) -> list[Any]:
+    """The values if they are a list; otherwise InputError."""
+    if not isinstance(values, list):
+        raise InputError("wrong-content", f"{where}: expected a list, got {reprlib.repr(values)}.")
+    return values
+
+
 def numbers(values: Any, where: str) -> np.ndarray:
     """Nested lists as a float64 array (...,), null as NaN; InputError for anything but finite numbers in equal
     lengths."""

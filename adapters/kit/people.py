@@ -25,6 +25,7 @@ COUNTS = (*sorted({*map(len, IN_2D)}), *WHOLE_BODIES)
 _FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
+_PIECE = 10_000  # frames whose steps are looked at together
 _SURE = 0.5  # of a joint's usual score
 
 
@@ -207,12 +208,14 @@ class People:
         unknown: str,
         layout: Layout,
         frame: Frame,
-    ) -> Iterator[tuple[np.ndarray, PoseSequence]]:
+    ) -> Iterator[tuple[Any, PoseSequence]]:
         """Rows in order of time, and poses, of each person; scores outside [0, 1] are clipped. unknown: why all scores
         say nothing. InputError when somebody is in a frame twice."""
         for person, rows in rows_of.items():
             rows = np.asarray(rows)
             rows = rows[np.argsort(frames[rows], kind="stable")]
+            if len(rows) == len(frames) and (np.diff(rows) == 1).all():
+                rows = slice(None)  # a view, for an index would copy hours of video
             twice = frames[rows][1:][np.diff(frames[rows]) == 0]
             if len(twice):
                 flag = "--set keypoints." if frame is IMAGE else "-O "
@@ -302,7 +305,9 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     """
     if len(frames) < 2:
         return []
-    far, unseen = steps(points), np.diff(frames) - 1
+    starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
+    far = np.concatenate([steps(points[start : start + _PIECE + 1]) for start in starts])
+    unseen = np.diff(frames) - 1
     far = np.where(far < REACH + _WANDER * unseen, 0, far)
     row = int(far.argmax())
     if far[row] == 0:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal
 
 import numpy as np
@@ -24,7 +24,10 @@ from .rotations import rotate, transpose
 @cache
 def package_version() -> str:
     """Of the installed package; every history and summary has it."""
-    return version("pcnet3d")
+    try:
+        return version("pcnet3d")
+    except PackageNotFoundError:
+        return "unknown"
 
 
 @dataclass(frozen=True)

@@ -75,10 +75,10 @@ def read_trc(path: Path) -> Markers:
             f"expected a TRC file of marker positions, with its five lines of header: {error!r}.",
         ) from None
     width = 2 + 3 * len(names)
-    rows = [(number, _cells(line)[:width]) for number, line in enumerate(lines[5:], 6) if line.strip()]
+    rows = [(number, line) for number, line in enumerate(lines[5:], 6) if line.strip()]
     table = np.full((len(rows), width), np.nan)
-    for values, (number, cells) in zip(table, rows, strict=True):
-        for column, cell in enumerate(cells):
+    for values, (number, line) in zip(table, rows, strict=True):
+        for column, cell in enumerate(_cells(line)[:width]):
             try:
                 values[column] = float(cell.replace(",", ".") or "nan")
             except ValueError:

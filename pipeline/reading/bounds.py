@@ -22,13 +22,21 @@ RATES = limit("times.rates")  # of video
 
 def check_times(time_s: np.ndarray, where: str) -> None:
     """InputError for times (T,) beyond a million seconds, and for fewer than 1 or more than 1,000 rows a second."""
-    worst, fps = float(np.abs(time_s).max(initial=0)), rate(time_s)
-    if worst > limit("times.longest") or (np.isfinite(fps) and not RATES[0] <= fps <= RATES[1]):
+    longest_s = limit("times.longest")
+    if np.abs(time_s).max(initial=0) > longest_s:
+        worst = float(time_s[np.abs(time_s).argmax()])
         raise InputError(
             "times-broken",
-            f"{where}: expected times within {limit('times.longest'):.0f} s and {RATES[0]:g} to {RATES[1]:g} rows a "
-            f"second, got times up to {worst:.6g} s that go on by {1 / fps:.3g} s; count seconds from the recording's "
-            "begin (not milliseconds), or give the frame rate (--fps).",
+            f"{where}: expected times within {longest_s:.0f} s, got {worst:.6g} s; count seconds from the recording's "
+            "begin, or give the frame rate (--fps).",
+        )
+    fps = rate(time_s)
+    if np.isfinite(fps) and not RATES[0] <= fps <= RATES[1]:
+        raise InputError(
+            "times-broken",
+            f"{where}: expected {RATES[0]:g} to {RATES[1]:g} rows a second, got {fps:.3g}: its times go on by "
+            f"{1 / fps:.3g} s; if these are other units, such as milliseconds, write seconds, or give the frame rate "
+            "(--fps).",
         )
 
 

@@ -73,6 +73,10 @@ def poses_given(values: Any, meaning: Meaning, fps: float | None = None, told: T
         whole = poses.layout.is_body and poses.frame.dims == 3
         return guarded(poses, told.handedness, "The poses", told.check) if whole else poses
     source = source_of("poses", values, meaning, told)
+    if len(source.people) != 1:
+        raise InputError(
+            "choose-person", f"Expected one person's poses, got {len(source.people)} people's; give one."
+        )
     return source.normalised(source.people[0], fps, told)
 
 

@@ -112,8 +112,6 @@ def _read(options: RunOptions) -> Files:
             f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
             "detected in a copy of another size.",
         )
-    if video is not None and options.fps is None:
-        check_times(video.time_s, str(video.path))
     poses, keypoints = (options.in_memory.get(role) for role in ("poses", "keypoints"))
     if options.poses and poses is None:
         poses = load(options.poses, options.adapter, "poses", options.options)
@@ -132,6 +130,8 @@ def _read(options: RunOptions) -> Files:
                 "option-conflict",
                 "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
             )
+        if options.fps is None:
+            check_times(video.time_s, str(video.path))
     return Files(poses, keypoints, video, options)
 
 

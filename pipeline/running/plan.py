@@ -95,8 +95,12 @@ def _check_readers(options: RunOptions) -> None:
         "keypoints": {"keypoints_adapter": "auto", "keypoints_person": None, "keypoints_options": {}},
     }
     for role, usual in readers.items():
-        unread = [flag_of(name) for name, value in usual.items() if getattr(options, name) != value]
-        if unread and (getattr(options, role) is None or role in options.in_memory):
+        said = [name for name, value in usual.items() if getattr(options, name) != value]
+        if role in options.in_memory:  # of whom one may be chosen too
+            said = [name for name in said if name != "keypoints_person"]
+        if said and (getattr(options, role) is None or role in options.in_memory):
+            unread = ", ".join(map(flag_of, said))
             raise InputError(
-                "option-conflict", f"{', '.join(unread)} is for --{role} FILE, which this run does not have."
+                "option-conflict",
+                f"{unread} is for --{role} FILE, which this run does not have; leave it out.",
             )

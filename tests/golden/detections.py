@@ -140,7 +140,15 @@ def coco_annotations(folder: Path, scene: Scene) -> Path:
             }
             for i, (frame, _, row) in enumerate(rows)
         ],
-        "categories": [{"id": 1, "name": "person"}],
+        "categories": [
+            {
+                "id": 1,
+                "name": "person",
+                "supercategory": "person",
+                "keypoints": COCO_NAMES,
+                "skeleton": [[16, 14], [14, 12], [17, 15], [15, 13], [12, 13]],
+            }
+        ],
     }
     return _dump(folder / "person_keypoints.json", content)
 

@@ -53,7 +53,7 @@ def test_other_joint_order_is_refused(write, moving):
 
 def test_demo_frame_zero(write, moving):
     path = write("mmpose_demo", {"0": moving(17)})
-    with refused("wrong-content"):
+    with refused("times-broken"):
         read(_edited(path, lambda frames: frames[0].update(frame_id=0)))
 
 
