@@ -285,7 +285,7 @@ def read_limbs(folder: Path) -> np.ndarray | None:
 @cache
 def read_seen(path: Path) -> tuple[Video, PoseSequence]:
     """A video, and in COCO17, IMAGE, whom the data's own detector sees in it for longest, looking as often as in a run;
-    once in a process, for several reports on it."""
+    once in a process, for several reports on it. InputError where nobody is seen."""
     video = read_video(path)
     found = detect_in(video, load_detector(data_folder() / _DETECTOR, looks=None))
     if not len(found.person):
