@@ -68,6 +68,13 @@ def test_lifted_frames_come_with_their_truth_at_their_scale_and_other_files_are_
     assert len(takes.joints) == 59  # one was not lifted
     np.testing.assert_allclose(takes.truth, takes.joints, atol=1e-5)
     assert takes.clips == ("01_01", "02_01")
-    np.savez(path, **dict(np.load(path)) | {"lifted": np.zeros((60, 17, 2))})
-    with refused("wrong-content", "lifted"):
-        read_lifted([path])
+    held = dict(np.load(path))
+    for wrong in (
+        {"lifted": np.zeros((60, 17, 2))},
+        {"lying": np.array(["no"] * 60)},
+        {"clip": ["01_01"]},
+        *({"take_start": start} for start in ([0, 40, 20, 60], [1, 60], np.zeros(0))),
+    ):
+        np.savez(path, **held | wrong)
+        with refused("wrong-content", next(iter(wrong))):
+            read_lifted([path])

@@ -113,7 +113,7 @@ def test_a_run_goes_on_with_its_own_config_and_what_it_learned_from_only(tmp_pat
     fit(tmp_path, learns_from=own)
 
 
-@pytest.mark.parametrize("what", ["cut", "pickled", "pickled by torch", "less"])
+@pytest.mark.parametrize("what", ["cut", "pickled", "pickled by torch", "less", "another shape"])
 @pytest.mark.filterwarnings("ignore")
 def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
     folder = tmp_path / "out"
@@ -124,7 +124,16 @@ def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
     elif what == "pickled":
         path.write_bytes(pickle.dumps(trap))
     else:
-        torch.save({"net": trap if what == "pickled by torch" else read_checkpoint(folder)["net"]}, path)
+        kept, other = (
+            read_checkpoint(folder),
+            torch.nn.Sequential(torch.nn.Linear(4, 9), torch.nn.Linear(9, 1)),
+        )
+        values = {
+            "pickled by torch": {"net": trap},
+            "less": {"net": kept["net"]},
+            "another shape": {**kept, "net": other.state_dict()},
+        }
+        torch.save(values[what], path)
     with refused("file-damaged", folder):
         fit(folder)
     assert not (tmp_path / "was-here").exists()
