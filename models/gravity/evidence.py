@@ -1,8 +1,8 @@
 """Evidence on up: what any source says, as a Gaussian about it; fused where sources agree, decided and said where they
 do not.
 
-Each kind is made in one place: the body's by `votes.pool`, that of feet and floor by `floor.of_feet`, what the user or
-a sensor tells by `told_up`; how cameras are `held` speaks before any of them.
+Each kind is made in one place: the body's by `votes.of_votes`, that of feet and floor by `floor.of_feet`, what the user
+or a sensor tells by `told_up`; how cameras are `held` speaks before any of them.
 
 Two sources contradict each other when their ups are further apart than their stated errors allow (chi-square with two
 degrees of freedom). Then one of them is quite wrong, and which is told by how often such a source is. How cameras are

@@ -267,7 +267,7 @@ def level_people(
     nothing else is told, everybody keeps an up of their own, and the reason why it is none. People of one name are
     numbered in the shares, in the order given."""
     alone = [level(person, static_up(person)) for person in people]
-    # The alone have shares of frames, feet or floor, so that nothing is taken on trust.
+    # Each person's own up rests on frames, feet or floor, so that none is taken on trust.
     heard = [not why_not(levelled) for levelled in alone]
     if not any(heard) and not told and look is None:
         return alone
@@ -444,8 +444,8 @@ def _between(
         near = np.clip(np.arange(len(at))[:, None] + np.arange(-2, 3), 0, len(at) - 1)
         usual = unit(np.median(ups[near], axis=1))
         off = angle_deg(ups, usual)
-        trust = 1 / (1 + (off / _LOOK_DEG) ** 4)[:, None]
-        ups = unit(trust * ups + (1 - trust) * usual)
+        believed = 1 / (1 + (off / _LOOK_DEG) ** 4)[:, None]
+        ups = unit(believed * ups + (1 - believed) * usual)
         unsteady = float(np.median(off))
     up = unit(np.stack([np.interp(time_s, at, ups[:, axis]) for axis in range(3)], axis=-1))
     nearest = np.abs(time_s - at[nearest_row(at, time_s)])

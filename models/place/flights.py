@@ -57,8 +57,8 @@ SEGMENTS = (
 # Joints that a frame of a flight needs.
 NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in SEGMENTS for joint in (start, end)))
 SCALE_SD = 0.04  # of lifted heights, what the flights of a take share of their error, as a share
-_FALL_S = 0.03  # by a lifted flight's time, the share of its fall that is error beside
-_FLOOR_S = 1.0
+_FALL_S = 0.03  # over a lifted flight's duration: the share of its fall that is error, besides SCALE_SD
+_FLOOR_S = 1.0  # to either side of a lifted flight, where its floor is looked for
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
 _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push

@@ -93,7 +93,7 @@ class PCNetRectifier:
             )
         self.path = Path(path)
         properties = self.session.get_modelmeta().custom_metadata_map
-        self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
+        self.targets = properties.get("targets", "body")  # or "axes"
         unnamed = "pcnet" if "pcnet3d" in properties else self.path.name
         self.method = f"{properties.get('name', unnamed)}@{opened.digest}"
 

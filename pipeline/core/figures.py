@@ -1,8 +1,8 @@
 """The catalogue of figures: what each is called, in which unit, who it is for, what it is, and where its error comes
 from.
 
-Keys of files, labels of pages, sentences and `pcnet3d list figures` are made from it. A figure that is not in it is
-none of a take's (Measures in measures.py).
+Keys of files, labels of pages, sentences and `pcnet3d list figures` are made from it. A take has no
+figures but these (Measures in measures.py).
 """
 
 from __future__ import annotations

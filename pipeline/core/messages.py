@@ -58,7 +58,7 @@ def set_verbose(verbose: bool) -> None:
 
 
 def is_verbose() -> bool:
-    """Whether it does."""
+    """Whether this process says that too."""
     return _verbose
 
 

@@ -91,7 +91,8 @@ class Files:
             self._check_numbers(self.keypoints.path, keypoints, self.keypoints)
         doubts = self._doubts(keypoints if keypoints and lead.time_s is None else lead)
         lead = self._timed(self.lead.path, lead, keypoints)
-        check_times(lead.times, str(self.lead.path))
+        clock = self.video.path if self.video and self.options.fps is None else self.lead.path
+        check_times(lead.times, str(clock))
         if keypoints is not None:
             check_image_size(keypoints, self.image_size)
         if poses is None:

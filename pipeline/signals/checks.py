@@ -194,7 +194,7 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
 
 def nobody_upright(rectified: Rectified) -> list[Notice]:
     """A notice where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
-    that is turned by 90 or 180 degrees say the same as those of an upright one. None elsewhere, and where the source
+    that is turned by 90 or 180 degrees say the same as those of an upright one. Empty elsewhere, and where the source
     knows its own up or the user has told most of it. Suspicious unless the pelvis is known to stay where it is, as that
     of a person who lies does."""
     by_user = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
