@@ -32,8 +32,8 @@ class Detect:
     (models.detector.load). joints: the layout of what a function finds, if its number does not tell. looks: how
     often each person in each image is looked at, 1 or 2, by a network that looks at one; the mean is taken, by default
     of 2. folder: where keypoints.npz goes. checkpoint: a file for the detections so far, written every
-    minute. resume: the checkpoint of an interrupted run, to go on from. everybody: to be found, by YOLOX where no
-    person_detector is given.
+    minute once somebody is there. resume: the checkpoint of an interrupted run, to go on from. everybody: to be found,
+    by YOLOX where no person_detector is given.
 
     The keypoints are those of the person that the user names, else of the longest track (`choose_detected`)."""
 

@@ -30,7 +30,7 @@ ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (v
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
 _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 FEWEST = 3  # steps of a walk
-_FEWEST_FLYING = 2  # steps of a run: in standing, turning and sitting down nobody leaps from foot to foot
+FEWEST_FLYING = 2  # steps of a run: in standing, turning and sitting down nobody leaps from foot to foot
 _TURNS_DEG = 30.0  # in one step
 _NEAREST = 5  # landings that tell how the pelvis swings there; two that see a turn are outvoted
 # Times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step.
@@ -200,7 +200,7 @@ def walks(
             turn = change
     ends = [float(time_s[piece.stop - 1]) for piece in pieces]
     moving = [part for walk in [*parts, walk] for part in _between_stops(walk, feet, ends)]
-    return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else FEWEST)]
+    return [walk for walk in moving if len(walk) >= (FEWEST_FLYING if _flies(walk, feet) else FEWEST)]
 
 
 def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:

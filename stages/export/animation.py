@@ -115,7 +115,9 @@ class Armature:
         notices, names = [], self.skeleton.names
         if round(self.time_s[0], 3):
             notices.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
-        held = defaultdict(list)  # by how many frames what was last known is held in
+        held = defaultdict(
+            list
+        )  # names of joints, by the number of frames in which their last known value stands
         known = np.column_stack([self.known, self.place_known])
         for name, count in zip((*self.bones, "the pelvis path"), (~known).sum(axis=0).tolist(), strict=True):
             held[count].append(name)

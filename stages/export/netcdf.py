@@ -14,7 +14,7 @@ from ..drawing.provenance import provenance
 def check_xarray() -> None:
     """InputError when xarray is not installed."""
     with needed_for("netCDF", "xarray"):
-        import xarray  # noqa: F401  # which version 3 of netCDF needs beside scipy
+        import xarray  # noqa: F401  # which Take.to_xarray needs
 
 
 def write_netcdf(take: Take, path: Path) -> None:

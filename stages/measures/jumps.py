@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 
 from ...models.common.motion import Motion
-from ...models.gait.gait import Gait, Stance, Step
+from ...models.gait.gait import FEWEST, FEWEST_FLYING, Gait, Stance, Step
 from ...models.place.flights import GRAVITY, Airborne, Flight
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Row
@@ -20,7 +20,7 @@ _REBOUND_S = 1.0  # longer on the floor, and the next jump is another one
 _ABSORBED_S = 0.6  # after a landing: by then the knees have given way
 _STRIDE_S = 0.3  # nobody flies longer from step to step of a run
 _HIGH = 0.15  # statures: nor gets the lower ankle so high; in runs it rises to 0.1, in hops among them 0.23 and more
-_FEWEST_STEPS = {"walking": 3, "running": 2}  # as models/gait/gait.py counts them
+_FEWEST_STEPS = {"walking": FEWEST, "running": FEWEST_FLYING}
 _CM = 100.0
 _LEAVES = 1.2  # statures a second, of feet that leave the floor or meet it: 2 m/s, of a jump of 20 cm
 _LEGS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("knee", "ankle"))

@@ -97,9 +97,9 @@ Agreement = dict[str, float | None]
 
 
 def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
-    """By our angle that a free coordinate of the model measures too: mean and standard deviation of the difference, by
-    inverse kinematics less the one that pcnet3d states, degrees, over frames that have both, and the usual standard
-    error of the stated one, None where that is not known."""
+    """By our angle that a free coordinate of the model measures too: mean and standard deviation, in degrees, of
+    the inverse kinematics' angle less the one of pcnet3d, over frames that have both, and the usual standard error of
+    the latter, None where that is not known."""
     columns, times = take.kinematics or {}, take.need("poses").times
     result = {}
     for ours, (coordinate, sign) in COORDINATES.items():

@@ -173,7 +173,7 @@ def _places(
     model: Any, path: Path, joints: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[str, np.ndarray, np.ndarray]]:
     """By joint the body that holds it, and where it is (3,): in that body, and in the unscaled model's posture. joints:
-    (T, 3) of the person, who has big toes where heels and toes are known."""
+    the person's (T, 3) by name; big toes have a place only where the heels and the model's toes have one, too."""
     bodies, state = model.getBodySet(), model.initSystem()
     body_names = {bodies.get(i).getName() for i in range(bodies.getSize())}
     if missing := sorted({*(_BODIES[joint] for joint in _LEGS), "pelvis"} - body_names):

@@ -40,7 +40,7 @@ _SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 def log_angles(recording: rr.RecordingStream, take: Take, clock: PoseSequence, gaps: np.ndarray) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
-    standard deviation is stated. clock: with the rows of `gaps` (N,), before which nothing is known."""
+    standard deviation is stated. clock: the poses with their gaps marked. gaps: (N,) as of `gap_rows`."""
     for name in ALL_OF_BOTH:
         if (shown := angle_bands(take, name)) is None:
             continue

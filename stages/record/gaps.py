@@ -15,8 +15,8 @@ def last_frame(take: Take) -> int:
 
 
 def gap_rows(poses: PoseSequence, last: int) -> np.ndarray:
-    """(N,) rows that are behind the last one before a gap, or before the end where frames go on to `last`: not followed
-    by another at the usual step, which is of two frames where poses are of every second."""
+    """(N,) rows before which `np.insert` puts one of NaN: behind each that another does not follow at the usual step,
+    which is of two frames where poses are of every second, and behind the last where frames go on to `last`."""
     usual = np.median(np.diff(poses.frame_index)) if len(poses) > 1 else 1
     return np.flatnonzero(np.diff(poses.frame_index, append=last + 1) > usual) + 1
 

@@ -114,7 +114,7 @@ def record(take: Take, path: str | Path) -> None:
 def _log_rotation(
     recording: rr.RecordingStream, rectified: Rectified, clock: PoseSequence, gaps: np.ndarray
 ) -> None:
-    """clock: with the rows of `gaps`, before which nothing is known."""
+    """clock: the poses with their gaps marked (`gaps_marked`). gaps: (N,) as of `gap_rows`."""
     curves = {
         "error": ("expected error (deg)", rectified.error_deg, _ERROR),
         "up": ("vote off the take's up (deg)", angle_deg(rectified.up_votes, shared_up(rectified)), _UP),
