@@ -130,8 +130,8 @@ class Told:
         if bool(angles) + (direction is not None) + self.moving > 1:
             raise InputError(
                 "option-conflict",
-                "Expected one of these: the camera's gravity, its pitch and roll, or a moving camera, which has no "
-                "single gravity; leave the others out.",
+                "Expected the camera's gravity, or its pitch and roll, not both, and neither of them for a moving "
+                "camera; leave one out.",
             )
         if not all(abs(angle) <= 180 for angle in angles):
             raise InputError("bad-value", f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
