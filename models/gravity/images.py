@@ -68,16 +68,14 @@ _FLAT_FAILURE = 0.15
 class Segments:
     """Segments of one or more images of a size. Lengths are in longer sides of the image, from its middle.
 
-    ends: (N, 2, 2) both ends. middle: (N, 2). direction: (N, 2) unit, of either sign. sd: (N,) radians, the noise of
-    the direction. weight: (N,) how many segments of usual length each counts for, over the images. first: how many
-    are of the first image."""
+    length: (N,). middle: (N, 2). direction: (N, 2) unit, of either sign. sd: (N,) radians, the noise of the direction.
+    weight: (N,) how many segments of usual length each counts for, over the images."""
 
-    ends: np.ndarray
+    length: np.ndarray
     middle: np.ndarray
     direction: np.ndarray
     sd: np.ndarray
     weight: np.ndarray
-    first: int
 
     def __len__(self) -> int:
         return len(self.weight)
@@ -86,9 +84,9 @@ class Segments:
         """At most so many of them, with the weight of all."""
         if len(self) <= most:
             return self
-        rows = np.argsort(-np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=-1))[:most]
+        rows = np.argsort(-self.length)[:most]
         weight = self.weight[rows] * (self.weight.sum() / self.weight[rows].sum())
-        return Segments(self.ends[rows], self.middle[rows], self.direction[rows], self.sd[rows], weight, 0)
+        return Segments(self.length[rows], self.middle[rows], self.direction[rows], self.sd[rows], weight)
 
 
 def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None = None) -> Segments:
@@ -115,12 +113,11 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
     length = np.linalg.norm(along, axis=-1)
     ends_rad = _ENDS_PX / (length * min(side, _SIDE_PX))
     return Segments(
-        ends=ends,
+        length=length,
         middle=ends.mean(axis=1),
         direction=along / length[:, None],
         sd=np.hypot(np.radians(_ANGLE_DEG), ends_rad),
         weight=np.clip(length / _USUAL, *_WEIGHTS) / len(images),
-        first=len(by_image[0]),
     )
 
 
@@ -211,15 +208,13 @@ def fits(segments: Segments, focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FO
     return distinct
 
 
-def explained(segments: Segments, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) by how much the gain falls without each of the directions, and (N,) along which of them each segment most
-    likely runs: 0 vertical, 1 and 2 horizontal, -1 none."""
+def support(segments: Segments, fit: Fit) -> np.ndarray:
+    """(3,) by how much the gain falls without each of the directions: the vertical, and two level ones."""
     chance, share = _chance(segments), _likelihood(segments, fit) * _SHARES
     clutter = (1 - _SHARES.sum()) * chance
     whole = share.sum(axis=1) + clutter
     without = np.maximum(whole[:, None] - share, 1e-12) + _SHARES * chance[:, None]
-    support = np.log(whole[:, None] / without).T @ segments.weight
-    return support, np.where(share.max(axis=1) > clutter, share.argmax(axis=1), -1)
+    return np.log(whole[:, None] / without).T @ segments.weight
 
 
 def _chance(segments: Segments) -> np.ndarray:
@@ -359,7 +354,7 @@ def log_before(up: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class ImageUp:
-    """What an image, or several of one camera that stood still, say, with the lines of the first. focal_px and
+    """What an image, or several of one camera that stood still, say. focal_px and
     focal_sd_px: in pixels of the whole image."""
 
     look: Look
@@ -397,8 +392,7 @@ def up_from_images(
     best = answers[0]
     if best.gain < _LEAST_GAIN:
         return Unknown("the straight lines do not run along upright walls and level edges")
-    support, runs_along = explained(segments, best)
-    third, second, _ = np.sort(support)
+    third, second, _ = np.sort(support(segments, best))
     failure = max(
         next(rate for most, rate in _FAILURES if best.gain <= most),
         _FLAT_FAILURE if third < _LEAST_SUPPORT else 0.0,
@@ -421,8 +415,6 @@ def up_from_images(
         up=best.up,
         covariance=tangent(best.up) @ covariance @ tangent(best.up).T,
         failure=failure,
-        ends=segments.ends[: segments.first] * side + np.array([width, height]) / 2,
-        runs_along=runs_along[: segments.first],
     )
     focal_sd_px = float(_FOCAL_SHARE * best.focal * side * np.sqrt(best.covariance[2, 2]))
     return ImageUp(look, best.focal * side, focal_sd_px)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -19,17 +19,14 @@ TREMBLE = 0.01  # longer sides of the image: half a degree
 class Look:
     """What the image says at one video frame, or at several of a camera that stood still.
 
-    frame: the video frame whose lines are kept. up: (3,) unit, CAMERA axes. covariance: (3, 3) of up, square radians,
-    across it. failure: how often such an answer is quite wrong. ends: (N, 2, 2) pixels, the lines' ends. runs_along:
-    (N,) 0 vertical, 1 and 2 either horizontal direction, -1 none.
+    frame: the first of these. up: (3,) unit, CAMERA axes. covariance: (3, 3) of up, square radians,
+    across it. failure: how often such an answer is quite wrong.
     """
 
     frame: int
     up: np.ndarray
     covariance: np.ndarray
     failure: float
-    ends: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 2)))
-    runs_along: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
 
     @property
     def error_deg(self) -> float:

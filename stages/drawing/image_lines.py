@@ -1,42 +1,16 @@
-"""What is drawn on images: a skeleton's bones, the horizon, and the straight lines by which up was found."""
+"""What is drawn on images: a skeleton's bones, and the horizon."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.core.camera import Camera, Look
-from ...pipeline.core.intrinsics import undistorted_image
+from ...pipeline.core.camera import Camera
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.rotations import is_finite
-from .palette import GREEN, PURPLE, YELLOW, side_colour
+from .palette import side_colour
 
-# Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
-_COLOURS = {0: GREEN, 1: PURPLE, 2: YELLOW}
-HORIZON, _UP = (255, 255, 255), GREEN
+WHITE = (255, 255, 255)  # of the horizon, and around bones
 FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
-WORDS = "Green: lines assumed vertical; purple and yellow: lines assumed level, at right angles; white: the horizon."
-
-
-def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
-    """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow from the image's middle to where
-    up leads there."""
-    import cv2
-
-    # Paler, so that the lines stand out.
-    out = np.ascontiguousarray(undistorted_image(image, camera.intrinsics)) // 2 + 64
-    thick = max(1, round(max(image.shape[:2]) / 500))
-    for (start, end), along in zip(look.ends, look.runs_along, strict=True):
-        if along >= 0:
-            cv2.line(out, _pixel(start), _pixel(end), _COLOURS[int(along)], thick, cv2.LINE_AA)
-    edge = horizon(camera, look.up)
-    if edge is not None:
-        cv2.line(out, _pixel(edge[0]), _pixel(edge[1]), HORIZON, thick + 1, cv2.LINE_AA)
-    middle, across = np.array(camera.image_size) / 2, look.up[:2]
-    length = np.linalg.norm(across)
-    along = across / length if length > 1e-6 else 0 * across
-    tip = middle + along * min(camera.image_size) * 0.2
-    cv2.arrowedLine(out, _pixel(middle), _pixel(tip), _UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
-    return out
 
 
 def draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, edge: int = 0) -> None:
@@ -50,7 +24,7 @@ def draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, ed
         if known[ends].all():
             start, end = pixels[ends].tolist()
             if edge:
-                cv2.line(image, start, end, HORIZON, thick + 2 * edge, cv2.LINE_AA, FIXED)
+                cv2.line(image, start, end, WHITE, thick + 2 * edge, cv2.LINE_AA, FIXED)
             cv2.line(image, start, end, side_colour(*bone), thick, cv2.LINE_AA, FIXED)
 
 
@@ -67,8 +41,3 @@ def horizon(camera: Camera, up: np.ndarray) -> np.ndarray | None:
         if abs(x) > 1e-9 and abs(at := -(y * side + z) / x) < width / 2:
             places.append((at, side))
     return np.array(places[:2]) + np.array([width, height]) / 2 if len(places) >= 2 else None
-
-
-def _pixel(point: np.ndarray) -> tuple[int, int]:
-    x, y = np.round(point).astype(int)
-    return int(x), int(y)

@@ -186,11 +186,6 @@ def _cell(cell: Cell, number: bool) -> tuple[str, str, str]:
     return kind, words, cell.address if isinstance(cell, Link) else ""
 
 
-def picture(jpeg: bytes, alt: str) -> Markup:
-    """An <img> that holds its image. alt: what it shows, for those who cannot see it."""
-    return kit().picture(jpeg_address(jpeg), alt)
-
-
 def figure(picture: Markup, title: str, caption: str = "") -> Markup:
     """An image or chart between its title and more words."""
     return kit().figure(picture, title, caption)

@@ -13,7 +13,6 @@ DARK: Colour = (28, 30, 34)  # ground of skeletons
 # Of what is neither side: Okabe and Ito's other colours.
 GREEN: Colour = (0, 158, 115)
 PURPLE: Colour = (204, 121, 167)
-YELLOW: Colour = (240, 228, 66)
 _GREY = 105  # that faint colours fade to
 
 

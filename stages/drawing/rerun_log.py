@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,10 +32,10 @@ def person_view(
     eye: np.ndarray,
     target: Sequence[float] | np.ndarray = (0, 0, 0),
     grid: tuple[float, float] | None = None,
-    **look: Any,
+    contents: str | Sequence[str] = "$origin/**",
 ) -> rrb.View:
     """A view on dark ground, from where an eye (3,) stands to a target (3,). grid: the height of a floor, and how far
-    apart its lines are; None without one. look: further options of the view."""
+    apart its lines are; None without one. contents: entities, by default `entity` and all below it."""
     import rerun as rr
     import rerun.blueprint as rrb
 
@@ -46,7 +46,12 @@ def person_view(
         lines = rrb.LineGrid3D(plane=plane, spacing=apart, color=(128, 128, 128, 110))
     controls = rrb.EyeControls3D(position=eye, look_target=target)
     return rrb.Spatial3DView(
-        origin=entity, name=name, eye_controls=controls, background=DARK, line_grid=lines, **look
+        origin=entity,
+        contents=contents,
+        name=name,
+        eye_controls=controls,
+        background=DARK,
+        line_grid=lines,
     )
 
 

@@ -20,7 +20,7 @@ from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, shared_up
-from ..drawing.image_lines import FIXED, HORIZON, draw_bones, horizon
+from ..drawing.image_lines import FIXED, WHITE, draw_bones, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
@@ -143,7 +143,7 @@ class _Page:
         if edge is None:
             return
         start, end = sorted(self._on_small(edge).tolist())
-        for colour, width in ((DARK, 3), (HORIZON, 1)):
+        for colour, width in ((DARK, 3), (WHITE, 1)):
             cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, FIXED)
         text = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
         _write(small, text, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)

@@ -27,10 +27,9 @@ from ..drawing.rerun_log import (
 )
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles, log_marks
-from .first import log_first
 from .gaps import gap_rows, gaps_marked, last_frame
+from .room import log_room
 from .views import views
-from .walk import log_room
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -98,7 +97,6 @@ def record(take: Take, path: str | Path) -> None:
             ("level", rectified.level, 0.04),
         ):
             log_skeleton(recording, entity, gaps_marked(skeleton, gaps), radius * size)
-        log_first(recording, take, size)
         clock = gaps_marked(poses, gaps)
         _log_rotation(recording, rectified, clock, gaps)
         file.check()

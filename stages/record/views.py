@@ -10,8 +10,7 @@ from ...pipeline.core.frames import BODY
 from ...pipeline.core.take import Take
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, first_angles
-from .first import first_view
-from .walk import walk_view, walked
+from .room import first_view, walk_view, walked
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -53,7 +52,6 @@ def _details(take: Take, size: float) -> rrb.Container:
     poses, rectified = take.need("poses"), take.need("rectified")
     source = poses.frame
     eyes = [size * frame.basis @ np.array(_EYES[frame.family]) for frame in (source, BODY)]
-    placed = walked(rectified)
     texts: list[rrb.View] = []
     if take.said:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
@@ -66,7 +64,7 @@ def _details(take: Take, size: float) -> rrb.Container:
             person_view("body", "After: BODY, facing you", eyes[1]),
         ],
         [
-            *([walk_view(take, placed, size)] if placed is not None else []),
+            *([walk_view(take, size)] if walked(rectified) else []),
             *angle_views(take),
         ],
         [rotation, rrb.Tabs(*texts, active_tab=0)],

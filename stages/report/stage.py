@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -13,14 +12,11 @@ from ...pipeline.core.measures import Measure
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
-from ...pipeline.files.video_frames import OnePass
 from ...pipeline.running.sentences import NINE_IN_TEN, headlines
 from ...pipeline.running.sentences import answer as answered
-from ..drawing.image_lines import WORDS, drawn
-from ..drawing.page import Tile, answer, charts, figure, page, picture, small, tiles
+from ..drawing.page import Tile, answer, page, small, tiles
 from .angles import angle_charts, ranges, sides_compared
 from .measures import happened
-from .pictures import lines_jpeg
 from .player import skeleton_player
 from .sections import gravity_words, provenance_of, session_words
 from .trust import trust
@@ -58,18 +54,16 @@ def report(take: Take) -> str:
     poses, measures = take.need("poses"), take.figures
     take.need("rectified")
     give_memory_back()
-    images = OnePass(take.video if take.told.images else None)
-    player, lines = skeleton_player(take, images), _lines(take, images)
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
     head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
-    head += player() + trust(take)
+    head += skeleton_player(take) + trust(take)
     several = len(poses) > 1  # charts over time of one frame are empty
     sections = [
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("Movements", happened(measures, poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
-        ("Which way is up", gravity_words(take) + charts(lines())),
+        ("Which way is up", gravity_words(take)),
         ("Input and steps", provenance_of(take)),
     ]
     return page(take.title, head, sections, folded=True)
@@ -83,16 +77,3 @@ def _first_notes(take: Take) -> Markup:
     notes += [_UNKNOWN] * (not all("±" in words for words in shown))
     notes += [each.text for each in take.notices if each.code == "no-scale" and not each.warns]
     return small(" ".join(notes)) if notes and take.figures else Markup("")
-
-
-def _lines(take: Take, images: OnePass) -> Callable[[], list[Markup]]:
-    """A function that returns a figure of the frame whose straight lines were looked at, with them and the horizon."""
-    if take.camera is None or not take.camera.looks:
-        return list
-    camera, look = take.camera, take.camera.looks[0]
-    shots = images.ask([look.frame], lambda _, image: lines_jpeg(drawn(image, camera, look)))
-    title = f"The image's lines, frame {look.frame}"
-    return lambda: [
-        figure(picture(shot, f"Straight lines of frame {look.frame}"), title, WORDS)
-        for shot in shots().values()
-    ]

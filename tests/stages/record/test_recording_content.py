@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from golden.recordings import Recording
-from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
+from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.stages.record.stage import Record, record
 
@@ -170,24 +169,6 @@ def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):
     assert len(strips) == 2
     assert len({point[2] for strip in strips for point in strip}) == 1
     assert "walk" in recording.blueprint(ORIGIN)
-
-
-def test_before_and_after_differ_by_the_cameras_tilt_alone(taken, make_take):
-    """The thin skeleton stands upright as in its image, on the same heading, at the same size."""
-    take, tilt = make_take(), Rotation.from_euler("xz", (15, 5), degrees=True).as_matrix()
-    poses = take.poses.with_(joints=rotate(tilt, take.poses.joints))
-    rectified = replace(
-        take.rectified,
-        R_source_from_level=tilt @ take.rectified.R_source_from_level,
-        R_source_from_body=tilt @ take.rectified.R_source_from_body,
-    )
-    _, recording = taken(poses=poses, rectified=rectified)
-    columns = np.array(recording.over_time("source", "Transform3D:mat3x3")[2]).reshape(-1, 3, 3)
-    R_room_from_source = np.swapaxes(columns, 1, 2)
-    np.testing.assert_allclose(R_room_from_source[0] @ (0, -1, 0), (0, 0, 1), atol=1e-6)
-    R_before_from_after = R_room_from_source[0] @ rectified.R_source_from_level
-    off_deg = np.degrees(Rotation.from_matrix(R_before_from_after).magnitude())
-    assert off_deg == pytest.approx(np.hypot(15, 5), abs=0.3)
 
 
 def test_a_disk_without_room_is_told_before_the_work(make_take, tmp_path, monkeypatch):

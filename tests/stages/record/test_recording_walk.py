@@ -11,7 +11,6 @@ from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.stages.record.stage import record
-from pcnet3d.stages.record.walk import walked
 
 STRIPS = "LineStrips3D:strips"
 
@@ -34,8 +33,8 @@ def recording(take, tmp_path_factory):
 
 
 def test_the_path_lies_on_the_floor_under_the_feet(take, recording):
-    level = walked(take.rectified)
-    ankles = np.min([level.joint(f"{side}_ankle")[:, 2] for side in "rl"], axis=0)
+    level = take.rectified.level
+    ankles = np.min([level.joint(f"{side}_ankle")[:, 2] for side in "rl"], axis=0) + level.root[:, 2]
     path, floor = (np.concatenate(recording.static(f"walk/{part}", STRIPS)) for part in ("path", "floor"))
     assert len(set(path[:, 2])) == 1
     assert np.median(ankles) - path[0, 2] == pytest.approx(ANKLE_HEIGHT * 1.75, abs=0.01)

@@ -14,7 +14,7 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Ta
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.video_frames import OnePass, _Film, images_ahead, images_at, images_from
-from pcnet3d.stages.report.pictures import jpeg, keypoints_at
+from pcnet3d.stages.report.film import jpeg, sure_keypoints, windows
 from pcnet3d.stages.report.stage import report
 
 
@@ -102,30 +102,46 @@ def test_a_frame_is_found_wherever_seeking_lands(tmp_path, ending, codec, option
         assert image[:40, :40].mean() == pytest.approx(8 + numbered.STEP * number, abs=1.9)
 
 
-def test_points_that_were_not_seen_are_not_drawn():
-    poses = PoseSequence(np.zeros((2, 17, 3)), H36M17, CAMERA, time_s=np.arange(2) / 30)
-    sure = np.full((2, 17), 0.8)
-    sure[1, :3] = 0.1, 0.2, np.nan
-    pixels = np.arange(2 * 17 * 2, dtype=np.float32).reshape(2, 17, 2)
-    seen = PoseSequence(pixels, COCO17, IMAGE, confidence=sure, time_s=np.arange(2) / 30)
-    points, layout = keypoints_at(Take("t", poses=poses, keypoints=seen), 1)
-    assert layout is COCO17
-    assert np.isnan(points[:2]).all()
-    np.testing.assert_array_equal(points[2:], pixels[1, 2:])
-    assert np.isnan(keypoints_at(Take("t", poses=poses, keypoints=seen), 7)[0]).all()
+@pytest.fixture
+def unsure() -> Take:
+    """30 frames in which the detector sees no eye or nose from frame 1, and is unsure of the right knee from 10 on."""
+    poses = PoseSequence(np.zeros((30, 17, 3)), H36M17, CAMERA, time_s=np.arange(30) / 30)
+    sure = np.full((30, 17), 0.8)
+    sure[1:, :3] = 0.1, 0.2, np.nan
+    sure[10:, COCO17.index("r_knee")] = 0.4
+    pixels = np.arange(30 * 17 * 2, dtype=np.float32).reshape(30, 17, 2)
+    seen = PoseSequence(pixels, COCO17, IMAGE, confidence=sure, time_s=np.arange(30) / 30)
+    return Take("t", poses=poses, keypoints=seen.with_(made_by=MadeBy("estimated", "movenet@0")))
 
 
-def picture(*asked) -> np.ndarray:
-    """(H, W, 3) the picture that `jpeg` makes, in BGR."""
-    return cv2.imdecode(np.frombuffer(jpeg(*asked), np.uint8), cv2.IMREAD_COLOR)
+def test_points_that_were_not_seen_or_of_which_the_detector_is_unsure_are_not_drawn(unsure):
+    """Legs were drawn over a banner that hid them."""
+    shown, given = sure_keypoints(unsure), unsure.keypoints
+    assert shown.layout is COCO17
+    for frame, hidden in ((0, ()), (2, COCO17.joints[:2]), (20, (*COCO17.joints[:2], "r_knee"))):
+        others = [joint not in hidden for joint in COCO17.joints]
+        assert np.isnan(shown.joints[frame, COCO17.indices(hidden)]).all()
+        np.testing.assert_array_equal(shown.joints[frame, others], given.joints[frame, others])
+
+
+def seen_at(*points: tuple[float, float], layout=H36M17, **joints: tuple[float, float]) -> PoseSequence:
+    """Keypoints of a single frame: of all joints, or of those that are named."""
+    pixels = np.full((1, 17, 2), np.nan)
+    pixels[0, layout.indices(tuple(joints) or layout.joints)] = [*joints.values()] or points
+    return PoseSequence(pixels, layout, IMAGE, time_s=np.zeros(1))
+
+
+def picture(image: np.ndarray, keypoints: PoseSequence | None) -> np.ndarray:
+    """(H, W, 3) what the film shows of an image, in BGR."""
+    window = windows(keypoints, image.shape[1::-1])
+    content = jpeg(image, window(0), keypoints, 0)
+    return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
 
 
 def test_keypoints_are_drawn_where_they_are():
-    """A right leg along a diagonal of a grey shown: its colour is on the line, and nowhere far from it."""
+    """A right leg along a diagonal of a grey image: its colour is on the line, and nowhere far from it."""
     image = np.full((200, 300, 3), 128, np.uint8)
-    keypoints = np.full((17, 2), np.nan)
-    keypoints[H36M17.indices(("r_hip", "r_knee"))] = [[100, 40], [180, 120]]
-    shown = picture(image, keypoints, H36M17, keypoints).astype(int)
+    shown = picture(image, seen_at(r_hip=(100, 40), r_knee=(180, 120))).astype(int)
     assert shown.shape == (280, 280, 3)
     orange = np.argwhere(shown[..., 2] - shown[..., 0] > 90)
     # The square around the leg has its middle at the knee-hip middle and 1.35 times its side.
@@ -138,14 +154,24 @@ def test_keypoints_are_drawn_where_they_are():
     assert orange[:, 1].max() == pytest.approx(ends[1, 0], abs=6)
 
 
-@pytest.mark.parametrize(
-    "points", [np.full((17, 2), np.nan), np.full((17, 2), -50.0), np.full((17, 2), 5000.0)]
-)
-def test_without_a_person_in_it_the_whole_image_is_shown(points):
-    image = np.zeros((90, 160, 3), np.uint8)
-    shown = picture(image, points, H36M17, points)
+@pytest.mark.parametrize("at", [None, np.nan, -50.0, 5000.0])
+def test_without_a_person_in_it_the_whole_image_is_shown(at):
+    keypoints = None if at is None else seen_at(*[(at, at)] * 17)
+    shown = picture(np.zeros((90, 160, 3), np.uint8), keypoints)
     assert shown.shape[1] == 280
     assert shown.shape[0] == pytest.approx(280 * 90 / 160, abs=1)
+
+
+def test_the_window_follows_the_person_into_the_corner_of_the_image():
+    frames = np.array([[(30, 30), (50, 90)], [(130, 30), (150, 90)], [(2, 1), (22, 61)]], dtype=float)
+    pixels = np.full((3, 17, 2), np.nan)
+    pixels[:, :2] = frames
+    window = windows(PoseSequence(pixels, H36M17, IMAGE, time_s=np.arange(3) / 30), (160, 120))
+    (first, side), (second, _), (third, _) = (window(frame) for frame in range(3))
+    assert side == (81, 81)
+    assert first.tolist() == [0, 20]
+    assert second.tolist() == [79, 20]
+    assert third.tolist() == [0, 0]
 
 
 def test_no_frames_means_no_image(walk_take, film):
@@ -154,28 +180,3 @@ def test_no_frames_means_no_image(walk_take, film):
     without = report(take.telling(images=False))
     assert "data:image/jpeg" not in without
     assert "data:image/png" not in without
-
-
-def test_points_of_which_the_detector_is_unsure_are_not_drawn():
-    """Legs were drawn over a banner that hid them."""
-    poses = PoseSequence(np.zeros((30, 17, 3)), H36M17, CAMERA, time_s=np.arange(30) / 30)
-    sure = np.full((30, 17), 0.8)
-    sure[10:, COCO17.index("r_knee")] = 0.4
-    pixels = np.ones((30, 17, 2), dtype=np.float32)
-    seen = PoseSequence(pixels, COCO17, IMAGE, confidence=sure, time_s=np.arange(30) / 30)
-    seen = seen.with_(made_by=MadeBy("estimated", "movenet@0"))
-    for frame, drawn in ((2, True), (20, False)):
-        points, _ = keypoints_at(Take("t", poses=poses, keypoints=seen), frame)
-        assert np.isfinite(points).all() == drawn
-        assert np.isfinite(np.delete(points, COCO17.index("r_knee"), axis=0)).all()
-
-
-def test_a_picture_shows_the_whole_person_where_the_detector_is_unsure_of_the_limbs():
-    """Of a man with his arms over his head it showed the trunk alone, for the other joints are not drawn."""
-    every = np.array([(100, y) for y in np.linspace(20, 180, 17)])
-    trunk = np.where(np.abs(every - (100, 100)).max(axis=1, keepdims=True) < 30, every, np.nan)
-    image = np.zeros((200, 200, 3), np.uint8)
-    image[20:24, 40:44] = 255  # beside the highest joint
-    whole, part = (picture(image, trunk, COCO17, around) for around in (every, trunk))
-    assert whole[:, :90].max() > 200
-    assert part[:, :90].max() < 50
