@@ -31,7 +31,7 @@ from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
 from .lift import Lift
 
-ANGLE_ERRORS = ("angle-errors-unknown", "angle-errors-unused")  # what is said where these are not known
+THE_ANGLES = "the angles"  # what the notice `errors-unknown` says it of
 _KEYPOINTS = "the video's keypoints too, or "
 _SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT), or "
 
@@ -86,7 +86,8 @@ class Angles:
         why = None
         if basis == "none" and self.errors is not None:
             are = "were measured" if poses.made_by.kind == "measured" else "are in a world's axes"
-            why = notice("angle-errors-unused", are=are)
+            reason = f"the given file is for poses that were estimated in camera axes, and these {are}"
+            why = notice("errors-unknown", weight="warning", what=THE_ANGLES, reason=reason)
         elif basis == "none":
             why = errors_unknown(poses, _lacking(take))
         return take.saying(*doubts, *_notices(columns), *([why] if why else []))
@@ -113,13 +114,13 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
         why = (
             "say whether the poses were measured or estimated (-O made_by=measured, or -O made_by=estimated)"
         )
-        return notice("angle-errors-unknown", why=why)
+        return notice("errors-unknown", what=THE_ANGLES, reason=why)
     advice = (
         f"; give {more}a file of its errors (--set angles.errors=FILE)" if poses.lifted else " in world axes"
     )
     by = f" by {poses.made_by.by}" if poses.made_by.by else ""
     why = f"the poses were estimated{by}, and this estimator was not compared with ground truth{advice}"
-    return notice("angle-errors-unknown", why=why)
+    return notice("errors-unknown", what=THE_ANGLES, reason=why)
 
 
 def _second(take: Take) -> PoseSequence | None:

@@ -53,7 +53,7 @@ class Clean:
         poses, counts = clean(
             take.need("poses"), self.max_gap_s, self.spike, take.video.time_s if take.video else None
         )
-        notices = [notice("seam", rows=[row]) for row in poses.seams]
+        notices = [notice("seam", rows=[row], where="here") for row in poses.seams]
         repairs = ("rows_inserted", "spikes_removed", "strays_removed")
         notices += [notice(key.replace("_", "-"), count=counts[key]) for key in repairs if counts[key]]
         if counts["values_filled"]:

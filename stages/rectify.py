@@ -88,7 +88,6 @@ def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, 
     own = sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor"))
     if own > 0.5 and verdict(judged) == "unusable":  # up rests mostly on these poses
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
-        notices.append(notice("up-of-unusable"))
     if not any(finding.code == "upside-down" for finding in judged):
         notices += nobody_upright(rectified)
     return rectified, notices

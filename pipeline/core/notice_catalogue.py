@@ -145,7 +145,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{frames:~frame was/frames were} not lifted, because {reason}."),
     # Cleaning, scaling, placing
     "seam": ("mark", "",
-        "The estimator started a new clip here."),
+        "The estimator started a new clip {where}."),
     "rows-inserted": ("repair", "",
         "{count:~frame} that the estimator dropped {count:?was/were} put back as gaps."),
     "spikes-removed": ("repair", "",
@@ -175,8 +175,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     # Up
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
-    "up-of-unusable": ("note", "up",
-        "The error of up is not known, because up rests on poses that are unusable."),
     "nobody-upright": ("suspicious", "up",
         "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person "
         "lies or bends down, or the image is turned. In that case turn the video."),
@@ -205,11 +203,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{cutoff_hz:g} Hz; {values:?its/their} {missing} are missing."),
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
-    "angle-errors-unknown": ("note", "motion",
-        "The errors of the angles are not known: {why}."),
-    "angle-errors-unused": ("warning", "motion",
-        "The given file of angle errors was not used: it is for poses that were estimated in camera axes, and "
-        "these {are}."),
     # Files that were written
     "not-written": ("warning", "files",
         "{file} was not written, because {reason}."),
@@ -227,10 +220,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{lost} of {frames:~frame} {lost:?is/are} missing: {how}."),
     "duplicates": ("note", "poses",
         "{repeated:~row repeats/rows repeat} the row before exactly, first at row {first}; speeds are wrong there."),
-    "frames-not-numbered": ("note", "poses",
-        "The file does not say which video frames its rows belong to; they are counted from 0."),
-    "rate-not-stated": ("note", "poses",
-        "The file does not say its frame rate."),
+    "not-stated": ("note", "poses",
+        "The file does not say {what}."),
     "poses-far-off": ("suspicious", "poses",
         "The joints are probably off by {mm:.0f} mm on average, and may be off by twice that: look at them beside the "
         "images before you use a figure."),
@@ -286,8 +277,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "--adapter arrays -O frame=Y_UP or Z_UP)."),
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next in {count:~frame}, first in frame {first}."),
-    "seams": ("note", "poses",
-        "The estimator started a new clip at row {listed}."),
     "refused": ("unusable", "poses",
         "{reason}"),
     # Comparing runs

@@ -30,6 +30,9 @@ from ..signals.checks import (
 from ..signals.swaps import Swap, find_swaps, notices_of, wrong_rows
 
 _ENOUGH = limit("rows.tell")
+UNNUMBERED = (
+    "which video frames its rows belong to; they are counted from 0"  # of a file that does not say it
+)
 
 
 def findings_of(
@@ -68,9 +71,9 @@ def row_findings(source: PoseSequence) -> list[Notice]:
         how, weight = ", ".join(filter(None, ways)), weighed(lost / span, limit("gaps.weight"))
         notices.append(notice("gaps", weight=weight, lost=lost, frames=span, how=how, **counts))
     if not source.frames_known:
-        notices.append(notice("frames-not-numbered"))
+        notices.append(notice("not-stated", what=UNNUMBERED))
     if source.time_s is None:
-        notices.append(notice("rate-not-stated"))
+        notices.append(notice("not-stated", what="its frame rate"))
     if not source.made_by.in_run:  # of what this run has made, that which it was made from is looked at
         notices += alterations(source)
     return [*notices, *source.notices]
@@ -218,4 +221,4 @@ def _leaps(poses: PoseSequence) -> list[Notice]:
 
 def _seams(poses: PoseSequence) -> list[Notice]:
     listed = ", ".join(map(str, poses.seams[:5])) + (", ..." if len(poses.seams) > 5 else "")
-    return [notice("seams", listed=listed)] if poses.seams else []
+    return [notice("seam", weight="note", where=f"at row {listed}")] if poses.seams else []

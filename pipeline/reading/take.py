@@ -19,7 +19,7 @@ from .again import rejoined
 from .bounds import check_times
 from .choose import RANKS, choose_detected, choose_person, listed_people
 from .exchanged import treated
-from .findings import findings_of
+from .findings import UNNUMBERED, findings_of
 from .join import Files, Rows, coverage, part_of, rows_within, span_of
 from .load import Source, load, read_video
 from .settings import RunOptions
@@ -266,5 +266,5 @@ def _doubts(lead: Rows, keypoints: Rows, video: Video | None) -> list[Notice]:
     said = [each for rows in (lead, keypoints) if rows for each in rows.notices]
     beside = video is not None or (keypoints is not None and keypoints is not lead)
     if lead is not None and beside and not lead.frames_known:
-        said.append(notice("frames-not-numbered", weight="warning"))
+        said.append(notice("not-stated", weight="warning", what=UNNUMBERED))
     return said

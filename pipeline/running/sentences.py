@@ -322,8 +322,8 @@ def up_words(take: Take) -> str:
     if rectified.in_world:
         return "The source knows its own up." if bound else "Up comes from the file; its error is not known."
     if bound is None:
-        unusable = [each.text for each in take.notices if each.code == "up-of-unusable"]
-        return unusable[0] if unusable else "The error of up is not known."
+        why = ", because up rests on poses that are unusable" if take.verdict == "unusable" else ""
+        return f"The error of up is not known{why}."
     within = "° to ".join(dict.fromkeys(map(bound_in_words, bound)))
     return f"Up is known to within {within}° (90 %){', unless the image is turned' * bool(nobody_upright(rectified))}."
 

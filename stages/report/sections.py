@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.core.take import Take
-from ...pipeline.running.sentences import camera_motion, camera_words, length_of
+from ...pipeline.running.sentences import camera_motion, camera_words, length_of, up_bound
 from ..drawing.page import box, bullets, joined, small, table
 from ..drawing.provenance import provenance
 
@@ -43,7 +43,7 @@ def gravity_words(take: Take) -> Markup:
         _HEADINGS.get(rectified.level_heading, "Front and right are the person's own."),
     ]
     error = rectified.error_deg[rectified.level_ok & np.isfinite(rectified.error_deg)]
-    if len(error) and not any(each.code == "up-of-unusable" for each in take.notices):
+    if len(error) and up_bound(rectified) is not None:
         within = bound_in_words(float(np.median(error)))
         lines.append(
             f"The direction that the body faces is off by less than {within}° in half of the frames."

@@ -23,7 +23,7 @@ from ...pipeline.signals.angles import ANGLES
 from ...pipeline.signals.checks import nobody_upright
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import SURE_SCORE
-from ..angles import ANGLE_ERRORS
+from ..angles import THE_ANGLES
 from ..drawing.page import Level, gauge
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
@@ -115,7 +115,8 @@ def _up(take: Take) -> Check:
 
 def _angles(take: Take) -> list[Check]:
     """How well joint angles are known; nothing of poses that were measured."""
-    basis = [each.text for each in take.notices if each.code in ANGLE_ERRORS]
+    unknown = [each for each in take.notices if each.code == "errors-unknown"]
+    basis = [each.text for each in unknown if each.values["what"] == THE_ANGLES]
     columns = take.kinematics or {}
     sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
     usual_sds = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]

@@ -17,7 +17,7 @@ from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES, trusted
-from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
+from pcnet3d.stages.angles import THE_ANGLES, Angles, errors_unknown
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.measures.stage import Measures
@@ -43,8 +43,10 @@ def keypoints(walk, camera):
     )
 
 
-def codes(take: Take) -> set[str]:
-    return {each.code for each in take.notices}
+def unknown(take: Take) -> dict[str, str]:
+    """Why errors are not known, by what they are of."""
+    said = (each.values for each in take.notices if each.code == "errors-unknown")
+    return {each["what"]: each["reason"] for each in said}
 
 
 @pytest.mark.parametrize("made_by", [MadeBy("estimated", "GEM-X"), MadeBy()])
@@ -68,8 +70,8 @@ def test_only_poses_of_a_judged_lifter_have_its_errors(seen):
     def stated(take: Take) -> bool:
         return bool(np.isfinite(take.kinematics["r_knee_flexion_sd_deg"]).any())
 
-    def of_errors(take: Take) -> set[str]:
-        return codes(take) & set(ANGLE_ERRORS)
+    def of_errors(take: Take) -> bool:
+        return THE_ANGLES in unknown(take)
 
     own, other = done(MadeBy("estimated", shipped_noise().lifter)), done(MadeBy("estimated", "BlazePose"))
     assert stated(own)
@@ -79,8 +81,8 @@ def test_only_poses_of_a_judged_lifter_have_its_errors(seen):
     assert not stated(other)
     assert other.angle_errors == "none"
     assert "errors of the angles are not known" in report(other)
-    assert of_errors(other) == {"angle-errors-unknown"}
-    assert of_errors(done(MadeBy())) == {"angle-errors-unknown"}
+    assert of_errors(other)
+    assert of_errors(done(MadeBy()))
     measured = done(seen.made_by)
     assert not stated(measured)
     assert not of_errors(measured)
@@ -120,8 +122,7 @@ def test_the_gait_of_poses_that_nobody_has_judged_has_no_errors(seen):
         take = STAGES(Take("take", poses=seen.with_(made_by=made_by)))
         walking = nested(take.measures)["walking"]
         assert walking["steps"] >= 3
-        unknown = {each.values["what"] for each in take.notices if each.code == "errors-unknown"}
-        assert ("the gait figures" in unknown) != known
+        assert ("the gait figures" in unknown(take)) != known
         assert any("_error_" in key for key in walking) == known
         assert any("within_error" in key for key in walking) == known
     lifted, measured = (
@@ -159,7 +160,7 @@ def test_a_file_of_errors_is_believed_and_told_where_it_is_not_used(walk, seen, 
     }[of]
     done = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))(Take("take", poses=poses))
     used = of == "lifted"
-    assert ("angle-errors-unused" in codes(done)) != used
+    assert ("the given file" in unknown(done).get(THE_ANGLES, "")) != used
     assert done.angle_errors == ("file" if used else "none")
     assert np.isfinite(done.kinematics["r_knee_flexion_sd_deg"]).any() == used
 
@@ -190,7 +191,7 @@ def test_what_would_tell_the_errors_is_what_is_missing(walk, keypoints, camera):
     poses = camera_poses(walk, camera).with_(made_by=MadeBy("estimated", "another lifter"))
 
     def said(take) -> str:
-        return next(each.text for each in STAGES(take).notices if each.code == "angle-errors-unknown")
+        return unknown(STAGES(take))[THE_ANGLES]
 
     assert "keypoints" in said(Take("bare", poses=poses))
     beside = said(Take("beside", poses=poses, keypoints=keypoints))

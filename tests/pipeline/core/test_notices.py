@@ -70,13 +70,13 @@ def test_other_packages_say_their_own_with_a_prefix():
 
 
 def test_doubles_are_told_by_code_rows_and_values():
-    first, second = (notice("seam", rows=[row]) for row in (3, 5))
-    assert without_doubles([first, second, notice("seam", rows=[3])]) == (first, second)
+    first, second = (notice("seam", rows=[row], where="here") for row in (3, 5))
+    assert without_doubles([first, second, notice("seam", rows=[3], where="here")]) == (first, second)
     assert Take("t").saying(first).saying(first, second).notices == (first, second)
 
 
 def test_the_verdict_is_that_of_the_gravest():
-    notes: list[Notice] = [notice("rate-not-stated")]
+    notes: list[Notice] = [notice("not-stated", what="its frame rate")]
     assert verdict(notes) == "good"
     assert (
         verdict([*notes, notice("flat", thickness_percent=1.0), notice("poses-smooth", window_s=0.5)])

@@ -36,7 +36,7 @@ def take() -> Take:
         poses=poses,
         inputs=inputs,
         session=SESSION,
-        notices=(own_notice("test.said", "careful"), notice("seam", rows=[3])),
+        notices=(own_notice("test.said", "careful"), notice("seam", rows=[3], where="here")),
     )
     take = Rectify("geometric")(take)
     rectified = take.need("rectified")

@@ -76,7 +76,7 @@ def test_gaps_end_what_is_shown(taken, make_take):
         up_bound_deg=take.rectified.up_bound_deg[kept],
         up_votes=take.rectified.up_votes[kept],
     )
-    events = (notice("seam", rows=[3]),)
+    events = (notice("seam", rows=[3], where="here"),)
     _, recording = taken(poses=sparse, rectified=rectified, notices=events)
     frame, nanoseconds, positions = recording.over_time("level/joints", "Points3D:positions")
     assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
@@ -95,7 +95,7 @@ def test_events_stand_at_their_frames(taken):
     events = (
         own_notice("test.said", "wrists exchanged", "repair", rows=[3]),
         own_notice("test.said", "no scale"),
-        notice("seam", rows=[1]),
+        notice("seam", rows=[1], where="here"),
     )
     take, recording = taken(notices=events)
     frame, nanoseconds, texts = recording.over_time("events", "TextLog:text")
