@@ -208,9 +208,9 @@ def list_(
 ) -> None:
     """List what is installed, or all that a run can measure (figures), say (notices) or refuse (refusals), one line
     each."""
-    from .core import device, figures, notices, refusals
+    from .core import device, errors, figures, notices
 
-    catalogues = {"devices": device, "figures": figures, "notices": notices, "refusals": refusals}
+    catalogues = {"devices": device, "figures": figures, "notices": notices, "refusals": errors}
     rows = catalogues[what].listed() if what in catalogues else registry.listed(what)
     if as_json:
         print(json.dumps(rows, indent=1))

@@ -13,7 +13,7 @@ from pathlib import Path
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
-from pcnet3d.pipeline.core import figures, notices, refusals
+from pcnet3d.pipeline.core import errors, figures, notices
 
 HERE = Path(__file__).parent
 PROJECT = tomllib.loads((HERE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -53,7 +53,7 @@ def add_navigation(app: Sphinx, page: str, source: list[str]) -> None:
 def add_catalogues(app: Sphinx, page: str, source: list[str]) -> None:
     """What `pcnet3d list notices`, `list refusals` and `list figures` print, as tables."""
     tables = {
-        "docs/notices": {"All notices": notices, "All refusals": refusals},
+        "docs/notices": {"All notices": notices, "All refusals": errors},
         "docs/movements": {"Every figure": figures},
     }
     for heading, catalogue in tables.get(page, {}).items():

@@ -2,20 +2,34 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from .messages import in_one_line
-from .refusals import REFUSALS
 
 _LONGEST = 1000  # characters; names and values out of a file may be of any length
+
+
+@cache
+def refusals() -> dict[str, dict[str, str]]:
+    """By every code of a refusal, "why" an input cannot be used, and how a program may "act" (refusals.toml)."""
+    return tomllib.loads(Path(__file__).with_name("refusals.toml").read_text(encoding="utf-8"))
+
+
+def listed() -> list[dict[str, str]]:
+    """Rows of `pcnet3d list refusals`, each with three texts."""
+    rows = refusals().items()
+    return [{"code": code, "why": each["why"], "what to do": each["act"]} for code, each in rows]
 
 
 class InputError(ValueError):
     """Input or options that cannot be used.
 
-    code: why, for programs (core/refusals.py); TypeError for one that there is not. The message is one sentence for
+    code: why, for programs (refusals.toml); TypeError for one that there is not. The message is one sentence for
     the user: what was expected, what came, what to do. It often quotes a file, so that it is kept to one line of
     printable characters, and its middle is left out when it is long. The command line prints it and exits with code 2.
     """
@@ -23,8 +37,8 @@ class InputError(ValueError):
     code: str
 
     def __init__(self, code: str, message: str) -> None:
-        if code not in REFUSALS:
-            raise TypeError(f"Expected a code of {', '.join(REFUSALS)}; got '{code}'.")
+        if code not in refusals():
+            raise TypeError(f"Expected a code of {', '.join(refusals())}; got '{code}'.")
         shown = in_one_line(message)
         if len(shown) > _LONGEST:
             shown = f"{shown[: _LONGEST - 303]} ... {shown[-298:]}"

@@ -1,12 +1,14 @@
 """The catalogue of figures: what each is called, in which unit, who it is for, what it is, and where its error comes
 from.
 
-Keys of files, labels of pages, sentences and `pcnet3d list figures` are made from it. A take has no
-figures but these (Measures in measures.py).
+Keys of files, labels of pages, sentences and `pcnet3d list figures` are made from it. A take has no figures but these
+(Measures in measures.py). figures.toml has each quantity; its means, spreads and indices of right and left follow here.
 """
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 # Who reads it: "first": on the first screen of a page; "page": on the page; "files": in files alone.
@@ -107,110 +109,6 @@ GROUPS = {
     "off_keypoints": Group("limbs against their keypoints", "how far a limb is from its keypoints in the image"),
 }  # fmt: skip
 
-# Name, label, unit, who reads it, where its error comes from, definition; by the group that defines it.
-_TABLE: dict[str, list[tuple[str, str, str, Audience, str, str]]] = {
-    "range_of_motion": [
-        ("p05", "5th percentile", "deg", "page", "angle", "One frame in twenty is below."),
-        ("p95", "95th percentile", "deg", "page", "angle", "One frame in twenty is above."),
-        ("p05_p95", "range", "deg", "page", "angle", "From the 5th to the 95th percentile of all frames of the take."),
-        ("lowest", "lowest", "deg", "files", "angle", "The lowest value of a frame."),
-        ("highest", "highest", "deg", "files", "angle", "The highest value of a frame."),
-        ("full_range", "full range", "deg", "files", "unknown", "From the lowest to the highest value."),
-        ("usual_error", "usual error", "deg", "files", "", "The median of the angle's stated standard deviations."),
-        ("beyond_anatomy_frames", "frames beyond anatomy", "", "files", "", "Frames beyond what a joint reaches."),
-        ("frames", "frames", "", "files", "", "Frames that have a value."),
-        ("nan_share", "share without a value", "", "files", "", "Share of the frames that have none, 0 to 1."),
-    ],
-    "symmetry": [
-        ("right", "right", "deg", "files", "angle", "The right side's range."),
-        ("left", "left", "deg", "files", "angle", "The left side's range."),
-        ("symmetry_index", "right minus left", "percent", "page", "sides",
-         "Right minus left, divided by their mean: 0 % when equal, positive when the right is larger."),
-    ],
-    "walking": [
-        ("steps", "steps", "", "first", "",
-         "From one foot's initial contact to the other's; a walk has one contact more than it has steps."),
-        ("cadence", "cadence", "spm", "first", "gait",
-         "Steps a minute, by the mean step time. Adults who walk at ease: 100 to 120."),
-        ("walking_speed", "speed", "speed", "first", "gait",
-         "Distance that the pelvis moves between initial contacts, divided by time. Adults who walk at ease: 1.2 to "
-         "1.4 m/s."),
-        ("step_length", "step length", "length", "page", "gait",
-         "From the other foot's place to this foot's, along the walk."),
-        ("stride_length", "stride length", "length", "page", "gait",
-         "From a foot's place to its next one, along the walk."),
-        ("step_width", "step width", "length", "page", "gait",
-         "Sideways distance of a foot from the middle of the other foot's places before and after it (Huxham et al. "
-         "2006)."),
-        ("step_time", "step time", "s", "page", "gait", "From one foot's initial contact to the other's."),
-        ("stride_time", "stride time", "s", "page", "gait",
-         "From a foot's initial contact to its next: one gait cycle (Hollman et al. 2011)."),
-        ("stance_time", "stance time", "s", "page", "gait", "How long a foot is on the floor."),
-        ("swing_time", "swing time", "s", "page", "gait", "How long a foot is in the air."),
-        ("stance", "stance phase", "percent", "page", "gait",
-         "Share of the gait cycle that the foot is on the floor; about 60 % in a walk at ease."),
-        ("swing", "swing phase", "percent", "page", "gait", "Share of the gait cycle that the foot is in the air."),
-        ("single_support", "single support", "percent", "page", "gait",
-         "Share of the gait cycle in which only this foot is on the floor."),
-        ("double_support", "double support", "percent", "page", "gait",
-         "Share of the gait cycle in which both feet are on the floor; none in a run."),
-        ("flight_time", "flight time", "s", "page", "gait", "How long both feet are in the air."),
-        ("knee_at_contact", "knee flexion at initial contact", "deg", "page", "unchecked",
-         "Knee flexion when the foot touches the floor (Benedetti et al. 1998)."),
-        ("knee_loading_peak", "knee flexion, peak in loading response", "deg", "page", "unchecked",
-         "The highest knee flexion in the first half of stance."),
-        ("knee_swing_peak", "knee flexion, peak in swing", "deg", "page", "unchecked",
-         "The highest knee flexion while the foot is in the air."),
-        ("thigh_trunk_lowest", "hip flexion (thigh against trunk), lowest", "deg", "page", "unchecked",
-         "The thigh's lowest flexion against the trunk in a stride; negative: behind the trunk."),
-        ("walks", "walks or runs", "", "page", "",
-         "At least three steps (two of a run) without a stop or a sharp turn."),
-        ("walked", "time walked", "s", "page", "unknown",
-         "From the first initial contact to the last, of all walks together."),
-        ("steps_by_knees", "steps by the knees", "", "page", "",
-         "Steps towards the camera or away from it are hard to see; these are recognised by the knees' rhythm. Means "
-         "leave them out."),
-        ("strides", "strides", "", "page", "", "From a foot's initial contact to its next."),
-        ("belt_speed", "belt speed", "speed", "page", "gait", "Speed of the treadmill, by the feet that it carries."),
-        ("gait", "gait", "text", "files", "",
-         "`walking`, `running`, or `walking or running` where it is not known whether both feet were in the air."),
-        ("not_visible", "not visible", "text", "page", "", "Which end of a walk was not visible."),
-        ("landings", "initial contacts", "moments", "files", "", "When the foot first touches the floor."),
-        ("toe_offs", "toe-offs", "moments", "files", "", "When the foot leaves the floor (Perry & Burnfield 2010)."),
-        ("stride_start", "strides begin", "moments", "files", "", "When each stride begins: initial contact."),
-        ("stride_stop", "strides end", "moments", "files", "",
-         "When each stride ends: the next initial contact of the same foot, in the same walk."),
-    ],
-    "knee_bends": [  # and arm raises, and repetitions of any angle
-        ("count", "count", "", "first", "",
-         "Number in the whole take; a posture that is held for over 3 s is none."),
-        ("squats", "squats", "", "first", "",
-         "Knee bends in which the less bent knee reaches 70 degrees, beyond its error (Schoenfeld 2010)."),
-        ("peak", "peak", "deg", "first", "angle", "The largest angle; in a knee bend that of the less bent knee."),
-        ("peak_mdc90", "MDC90 from peak to peak", "deg", "page", "",
-         "Equal peaks of one take differ by less than this in nine of ten cases."),
-        ("rise", "rise", "deg", "page", "angle",
-         "By how much the angle grows in this repetition alone: from where it last began to rise, not from the lowest "
-         "angle before. Missing if a gap hides its start or end."),
-        ("duration", "duration", "s", "page", "repeated",
-         "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides either."),
-        ("start", "start", "moments", "page", "", "When it begins."),
-        ("stop", "stop", "moments", "page", "", "When it ends."),
-        ("peak_at", "peak at", "moments", "page", "", "When the angle is largest."),
-        ("observable", "could be judged", "percent", "page", "",
-         "Share of the frames in which all joints that the movement needs are known."),
-    ],
-    "jumps": [
-        ("height_by_flight_time", "height by flight time", "cm", "first", "flight",
-         "From time in the air alone, as on a jump mat; too high if the person lands with bent legs."),
-        ("jump_height", "jump height", "length", "page", "flight",
-         "By how much the centre of mass rises after the feet have left the floor (Linthorne 2001)."),
-        ("contact_time", "contact time", "s", "page", "flight",
-         "How long the feet are on the floor before a jump that follows another within a second."),
-        ("take_off_feet", "feet at take-off", "", "page", "", "On how many feet the person takes off."),
-        ("landing_feet", "feet at landing", "", "page", "", "On how many feet the person lands."),
-    ],
-}  # fmt: skip
 # Quantities of which files have the mean and the standard deviation, and those of which right and left are compared.
 MEANS = (
     "step_length", "stride_length", "step_width", "step_time", "stride_time", "stance_time", "swing_time", "stance",
@@ -223,10 +121,11 @@ TOGETHER = {"lengths": "lengths and speed", "timing": "times and phases", "sd": 
 
 
 def _catalogue() -> dict[str, Figure]:
+    groups = tomllib.loads(Path(__file__).with_name("figures.toml").read_text(encoding="utf-8"))
     figures = {
-        name: Figure(name, label, unit, group, audience, error, definition)
-        for group, table in _TABLE.items()
-        for name, label, unit, audience, error, definition in table
+        name: Figure(name=name, group=group, **fields)
+        for group, defined in groups.items()
+        for name, fields in defined.items()
     }
     for name in MEANS:
         figure = figures[name]

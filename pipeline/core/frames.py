@@ -57,10 +57,11 @@ class Frame:
         directions, square = _DIRECTIONS.get(self.family, {}), (self.dims, self.dims)
         known = directions.keys() >= {*self.axes} and self.basis.shape == square
         if not known or abs(np.linalg.det(self.basis)) < 0.5:
+            own = f", with as many independent axes of its directions ({', '.join(directions)})"
             raise InputError(
                 "bad-value",
-                f"Expected a frame of {', '.join(_DIRECTIONS)}, with as many independent axes of its directions "
-                f"({', '.join(directions)}); got {self.family} and {', '.join(self.axes)}.",
+                f"Expected a frame of {', '.join(_DIRECTIONS)}{own if directions else ''}; got {self.family} and "
+                f"{', '.join(self.axes)}.",
             )
 
     @property

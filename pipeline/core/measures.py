@@ -1,7 +1,7 @@
 """A take's measures: rows that say what they are, of which side and how uncertain, and one value that holds them.
 
-What a figure is called, its unit and its definition are in the catalogue (figures.py). The keys of summary.json and of
-measures.csv are made of these rows, `nested` and `Measure.key`.
+What a figure is called, its unit and its definition are in the catalogue (figures.toml). The keys of summary.json and
+of measures.csv are made of these rows, `nested` and `Measure.key`.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class Measures:
     def __post_init__(self) -> None:
         groups = {row.group[0] for row in self.rows if row.group}
         if unknown := ({row.name for row in self.rows} - _NAMES) | (groups - GROUPS.keys()):
-            raise KeyError(f"{', '.join(sorted(unknown))}: not in the catalogue of figures (figures.py)")
+            raise KeyError(f"{', '.join(sorted(unknown))}: not in the catalogue of figures (figures.toml)")
 
     def __iter__(self) -> Iterator[Row]:
         return iter(self.rows)

@@ -1,18 +1,40 @@
-"""What is said of a take: notices with codes that programs act on, whose sentences stand in notice_catalogue.py."""
+"""What is said of a take: notices with codes that programs act on, whose sentences stand in notices.toml."""
 
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from string import Formatter
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 from .messages import how_many
-from .notice_catalogue import CATALOGUE, About, Weight
+
+# From the least to the gravest; a mark is a place in the recording. The last two are verdicts on poses.
+Weight = Literal["mark", "note", "repair", "warning", "suspicious", "unusable"]
+About = Literal["", "poses", "left and right", "view", "up", "camera", "clock", "place", "motion", "files"]
 
 EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}  # of a program that judges poses
 WARNS = ("warning", "suspicious", "unusable")
+
+
+class Entry(NamedTuple):
+    """Of the catalogue: a notice's weight, unless the one who says it weighs it, its subject, and the template of its
+    sentence."""
+
+    weight: Weight
+    about: About
+    text: str
+
+
+@cache
+def catalogue() -> dict[str, Entry]:
+    """Every notice of pcnet3d by its code (notices.toml)."""
+    entries = tomllib.loads(Path(__file__).with_name("notices.toml").read_text(encoding="utf-8"))
+    return {code: Entry(**fields) for code, fields in entries.items()}
 
 
 class _Sentences(Formatter):
@@ -35,7 +57,7 @@ _SENTENCES = _Sentences()
 class Notice:
     """One thing to know of a take; made by `notice` or `own_notice`.
 
-    code: for programs: a code of CATALOGUE, or of another package, with a prefix that ends with a dot. weight: how
+    code: for programs: a code of the catalogue, or of another package, with a prefix that ends with a dot. weight: how
     grave it is; the gravest about the poses is their verdict. about: what it is about. rows: rows of the poses after
     `clean` at which it begins; None for the whole take, and before there were such rows. values: plain figures and
     words for its sentence.
@@ -52,7 +74,7 @@ class Notice:
         """Its sentence."""
         if "text" in self.values:  # another package's, or another version's
             return str(self.values["text"])
-        return _SENTENCES.vformat(CATALOGUE[self.code].template, (), self.values)
+        return _SENTENCES.vformat(catalogue()[self.code].text, (), self.values)
 
     @property
     def warns(self) -> bool:
@@ -81,7 +103,7 @@ def notice(
 ) -> Notice:
     """A notice of the catalogue. rows, values: as in Notice; weight: if it is not the catalogue's. KeyError for an
     unknown code, or if its sentence lacks a value."""
-    entry = CATALOGUE[code]
+    entry = catalogue()[code]
     made = Notice(
         code, weight or entry.weight, entry.about, None if rows is None else tuple(map(int, rows)), values
     )
@@ -135,8 +157,8 @@ class _Name(str):
 def listed() -> list[dict[str, str]]:
     """Rows of `pcnet3d list notices`, each with three texts; a value is its name between asterisks."""
     rows = []
-    for code, entry in CATALOGUE.items():
-        names = {name: _Name(f"*{name}*") for _, name, _, _ in _SENTENCES.parse(entry.template) if name}
-        text = _SENTENCES.vformat(entry.template, (), names)
+    for code, entry in catalogue().items():
+        names = {name: _Name(f"*{name}*") for _, name, _, _ in _SENTENCES.parse(entry.text) if name}
+        text = _SENTENCES.vformat(entry.text, (), names)
         rows.append({"code": code, "weight": entry.weight, "what it says": text})
     return rows

@@ -117,16 +117,17 @@ class Told:
                 raise InputError("bad-value", f"Expected {name} to be one of {expected}; got '{value}'.")
         direction = None if self.gravity is None else float(np.linalg.norm(self.gravity))
         figures = (
-            (direction, 0, np.inf, "a direction for gravity, such as 0,1,0 (down in the image)"),
-            (self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
-            (self.stature_m, *STATURES_M, "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
-            (min(self.image_size or (2,)), 1, np.inf, "sides of an image of 2 pixels or more (--set read.image_size)"),
+            ("gravity", direction, 0, np.inf, "a direction for gravity, such as 0,1,0 (down in the image)"),
+            ("focal_px", self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
+            ("stature_m", self.stature_m, *STATURES_M,
+             "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
+            ("image_size", min(self.image_size or (2,)), 1, np.inf,
+             "sides of an image of 2 pixels or more (--set read.image_size)"),
         )  # fmt: skip
-        for figure, least, most, what in figures:
+        for name, figure, least, most, what in figures:
             if figure is not None and not least < figure < most:
-                raise InputError(
-                    "bad-value", f"Expected {what}, got {figure:g}; leave it out if it is not known."
-                )
+                got = getattr(self, name)
+                raise InputError("bad-value", f"Expected {what}, got {got}; leave it out if it is not known.")
         if bool(angles) + (direction is not None) + self.moving > 1:
             raise InputError(
                 "option-conflict",

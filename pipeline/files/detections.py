@@ -12,8 +12,7 @@ from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import layout_named
 from ..core.messages import how_many
-from ..core.notice_catalogue import Weight
-from ..core.notices import Notice, notice
+from ..core.notices import Notice, Weight, notice
 from ..core.pose import MadeBy, PoseSequence
 from .arrays import load_all, write_arrays
 from .names import KEYPOINTS

@@ -13,8 +13,7 @@ from ..core.camera import Background, Camera, FocalSource, view_rotation
 from ..core.errors import InputError
 from ..core.frames import IMAGE, LEVEL, Frame
 from ..core.layouts import Layout, body_of
-from ..core.notice_catalogue import About, Weight
-from ..core.notices import Notice, grave
+from ..core.notices import About, Notice, Weight, grave
 from ..core.path import RootPath
 from ..core.pose import MadeBy, PoseSequence, Rectified, Step
 from ..core.take import AngleErrors, CameraMotion, Session, Take, Told

@@ -11,8 +11,7 @@ from ..core.anthropometry import LIMBS, STATURES_M, implied_stature
 from ..core.figures import label_of
 from ..core.layouts import H36M17
 from ..core.limits import limit
-from ..core.notice_catalogue import Weight
-from ..core.notices import Notice, notice
+from ..core.notices import Notice, Weight, notice
 from ..core.pose import PoseSequence
 from ..signals.altered import alterations, weighed
 from ..signals.checks import (

@@ -19,8 +19,7 @@ from ..core.anthropometry import trunk_length
 from ..core.figures import label_of
 from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
 from ..core.limits import limit
-from ..core.notice_catalogue import Weight
-from ..core.notices import Notice, notice
+from ..core.notices import Notice, Weight, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm, rotate
 from .checks import empty_rows

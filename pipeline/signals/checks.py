@@ -13,8 +13,7 @@ from ..core.blocks import blocks
 from ..core.layouts import H36M17, Layout
 from ..core.limits import limit
 from ..core.messages import how_many
-from ..core.notice_catalogue import Weight
-from ..core.notices import Notice, notice
+from ..core.notices import Notice, Weight, notice
 from ..core.pose import TOLD_UP, PoseSequence, Rectified
 from ..core.rotations import angle_deg, is_finite, norm, unit
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pcnet3d.pipeline.cli import load_command
-from pcnet3d.pipeline.core import notices, refusals
+from pcnet3d.pipeline.core import errors, notices
 from pcnet3d.pipeline.plugins import registry
 
 ROOT = Path(__file__).parents[2]
@@ -53,7 +53,7 @@ def texts() -> Iterator[tuple[str, str]]:
         command = load_command(name)
         options = [getattr(option, "help", None) or "" for option in command.params]
         yield f"pcnet3d {name} --help", "\n\n".join([command.help or "", *options])
-    for catalogue in (notices, refusals):
+    for catalogue in (notices, errors):
         sentences = ("; ".join(list(row.values())[1:]) for row in catalogue.listed())
         yield catalogue.__name__, "\n\n".join(sentences)
 

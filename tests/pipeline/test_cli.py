@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from commands import APART, SCIPY, pcnet3d, recipe_of, refused, said_without, succeeded
+from pcnet3d.pipeline.core.errors import refusals
 from pcnet3d.pipeline.core.figures import FIGURES
-from pcnet3d.pipeline.core.notice_catalogue import CATALOGUE
-from pcnet3d.pipeline.core.refusals import REFUSALS
+from pcnet3d.pipeline.core.notices import catalogue
 
 FILES = [
     "kinematics.parquet", "measures.csv", "poses.npz", "report.html", "strides.csv", "summary.json", "take.rrd",
@@ -190,7 +190,7 @@ def test_list_prints_one_line_an_adapter_and_json():
     assert all(list(row) == ["name", "gives", "reads"] for row in rows)
     assert {"motionbert", "json2d", "video"} <= {row["name"] for row in rows}
     keys = [figure.key for figure in FIGURES.values()]
-    for what, known in (("notices", CATALOGUE), ("refusals", REFUSALS), ("figures", keys)):
+    for what, known in (("notices", catalogue()), ("refusals", refusals()), ("figures", keys)):
         rows = json.loads(pcnet3d("list", what, "--json").stdout)
         assert [next(iter(row.values())) for row in rows] == [*known]
     stages = json.loads(pcnet3d("list", "stages", "--json").stdout)

@@ -188,7 +188,7 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
 @pytest.mark.parametrize(
     ("options", "code", "quoted"),
     [
-        ({"gravity": (0, 0, 0)}, "bad-value", "gravity"),
+        ({"gravity": (0, 0, 0)}, "bad-value", "got (0, 0, 0)"),
         ({"gravity": (0, np.nan, 1)}, "bad-value", "gravity"),
         ({"pitch_deg": 300.0}, "bad-value", 300.0),
         ({"roll_deg": np.nan}, "bad-value", "nan"),
