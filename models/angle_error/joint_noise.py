@@ -38,10 +38,9 @@ from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite, transpose
+from ...pipeline.core.rotations import is_finite, known_median, transpose
 from ...pipeline.core.system import cores
 from ...pipeline.signals.angles import ANGLES, angles, near
-from .repeatability import known_median
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))

@@ -18,7 +18,7 @@ import numpy as np
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.measures import SD_90, Measure, Measures
 from ...pipeline.core.pose import Rectified
-from ...pipeline.core.rotations import is_finite, unit
+from ...pipeline.core.rotations import is_finite, known_median, unit
 from ...pipeline.signals.angles import ANGLES, near, of_both
 
 REPEATABILITY_FILE = Path(__file__).with_name("repeatability.json")
@@ -84,12 +84,6 @@ def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float
         known_median(sd_deg[values_deg <= low]),
         known_median(sd_deg[values_deg >= high]),
     )
-
-
-def known_median(values: np.ndarray) -> float:
-    """The median of the finite ones of (N,), NaN without any."""
-    finite = values[np.isfinite(values)]
-    return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def difference_chance(ratio: np.ndarray) -> np.ndarray:

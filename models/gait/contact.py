@@ -21,11 +21,11 @@ import numpy as np
 
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.rotations import norm
+from ...pipeline.core.rotations import known_median, norm
 from ...pipeline.signals.filters import runs
 
 CONTACT_FILE = Path(__file__).with_name("contact.json")
-SIDES = ("r", "l")
+SIDES = {"right": "r", "left": "l"}
 OTHER = {"r": "l", "l": "r"}
 _AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
@@ -69,8 +69,8 @@ def contacts(body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) 
     (T,). Nothing is taken across a gap or the row of a seam.
     """
     net = shipped_net()
-    result = {side: np.full(len(body), np.nan) for side in SIDES}
-    for side in SIDES:
+    result = {side: np.full(len(body), np.nan) for side in "rl"}
+    for side in result:
         for rows, features in _windows(body, time_s, side, seams):
             result[side][rows] = net.probability(features)
     return result
@@ -108,9 +108,7 @@ def _windows(
 def leg_length(joints: np.ndarray) -> float:
     """The median length of thigh and shank together, mean of both legs, in the unit of joints (T, 17, 3); NaN where no
     frame has both legs."""
-    both = _legs(joints)
-    lengths = both[np.isfinite(both)]
-    return float(np.median(lengths)) if len(lengths) else float("nan")
+    return known_median(_legs(joints))
 
 
 def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
@@ -138,6 +136,6 @@ def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
 
 def _legs(joints: np.ndarray) -> np.ndarray:
     """(T,) the length of thigh and shank together, mean of both legs."""
-    bones = [(f"{side}_{a}", f"{side}_{b}") for side in SIDES for a, b in pairwise(("hip", "knee", "ankle"))]
+    bones = [(f"{side}_{a}", f"{side}_{b}") for side in "rl" for a, b in pairwise(("hip", "knee", "ankle"))]
     lengths = [norm(joints[:, H36M17.index(b)] - joints[:, H36M17.index(a)]) for a, b in bones]
     return np.sum(lengths, axis=0) / 2

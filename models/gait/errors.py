@@ -30,15 +30,12 @@ from .gait import Step
 
 ERROR_FILE = Path(__file__).with_name("gait_error.json")
 OF_LENGTH = ("walking_speed", "step_length", "stride_length", "step_width")
-
-
 # Those that are told of each side, and whose difference of the sides has an error.
 OF_SIDES = (
     "step_time_s", "stance_time_s", "stance_percent", "swing_percent", "single_support_percent",
     "double_support_percent", "flight_time_s", "step_length",
 )  # fmt: skip
 OF_LANDINGS = ("step_time_s", "stride_time_s")  # whose mean is the time between two landings, by their number
-OF_STYLE = ("stance_percent", "step_time_s")  # by which a gait is like those that were seen or not
 FEWEST_OF_A_SIDE = 2  # values, for a difference of the sides
 
 
@@ -62,9 +59,9 @@ class GaitErrors:
         style: Mapping[str, float] | None = None,
         scatter: float = np.nan,
     ) -> float:
-        """Standard deviation of the mean of `count` values of a figure (gait.time_values, gait.length_values), in its
+        """Standard deviation of the mean of `count` values of a figure (Gait.times, parameters.length_values), in its
         unit, lengths and speeds in lengths of a leg; NaN of lengths where it is not known. gait: "walking" or
-        "running". root_sd: of the pelvis path in lengths of a leg. style: `style_of` these values. scatter: of both
+        "running". root_sd: of the pelvis path in lengths of a leg. style: Gait.style of these values. scatter: of both
         sides' values (`scatter`), the usual one if not known. Where the style is beyond what was seen (`beyond`), all
         of it is larger by that share: a rule, for nothing was fitted there."""
         own = self.figures[gait].get(figure)
@@ -84,7 +81,7 @@ class GaitErrors:
         return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
 
     def beyond(self, gait: str, style: Mapping[str, float]) -> dict[str, float]:
-        """{figure: how far} of those in a `style_of` that lie outside what was found in the walks and runs that errors
+        """{figure: how far} of those in a Gait.style that lie outside what was found in the walks and runs that errors
         were fitted on: the distance in half widths of that range."""
         outside_by = {}
         for name, value in style.items():
@@ -128,18 +125,6 @@ def shipped_errors(source: Literal["lifted", "measured"] = "lifted") -> GaitErro
 def scatter(values: np.ndarray) -> float:
     """Standard deviation of values (N,) among themselves; NaN of fewer than two."""
     return float(values.std(ddof=1)) if len(values) > 1 else float("nan")
-
-
-def style_of(values: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]:
-    """{figure of OF_STYLE: mean over both sides' values}; those that are seen. values: {figure: {side: (N,)}} of
-    gait.time_values."""
-    means = {}
-    for name in OF_STYLE:
-        of_both = np.concatenate([*values[name].values()])
-        of_both = of_both[np.isfinite(of_both)]
-        if len(of_both):
-            means[name] = float(of_both.mean())
-    return means
 
 
 def depth_of_steps(

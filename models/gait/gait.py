@@ -21,10 +21,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.rotations import transpose
+from ...pipeline.core.rotations import known_median, transpose
 from ...pipeline.signals.filters import peaks, resample, runs
 from ..common.motion import Motion
-from .contact import OTHER, contacts, leg_lengths
+from .contact import OTHER, SIDES, contacts, leg_lengths
 
 ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
@@ -44,8 +44,8 @@ _USUAL_SHARE = 0.62
 _ITERATIONS = 30
 _BESIDE_S = 0.3  # of a walk before its first landing and after its last, walked alike
 LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
-Values = dict[str, dict[str, np.ndarray]]
-SIDES = {"right": "r", "left": "l"}
+Values = dict[str, dict[str, np.ndarray]]  # {figure: {"r", "l": (N,) of that side's steps or strides}}
+OF_STYLE = ("stance_percent", "step_time_s")  # by which a gait is like those that were seen or not
 _USUAL = 0.12  # lengths of a leg: the separation's deviation by the built-in lifter, median of lifted validation takes
 NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice that of a difference of two
 # Of the line of sight, within which a person faces the camera or turns the back to it: a step there shows at most
@@ -96,27 +96,19 @@ def stances(
 ) -> dict[str, list[Stance]]:
     """{side: stances in order} of probabilities (T,) by side at time_s (T,): where they pass 0.6, between rows.
     Contacts and swings of less than a tenth of a second count as none."""
-    return {side: _stances(side, values, time_s, seams) for side, values in probability.items()}
-
-
-def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[Stance]:
-    stances_of_side = []
-    for piece in runs(np.isfinite(values), time_s, seams):
-        p, t = values[piece], time_s[piece]
-        turns = [
-            t[row] + (t[row + 1] - t[row]) * (ON_FLOOR - p[row]) / (p[row + 1] - p[row])
-            for row in np.flatnonzero(np.diff(p > ON_FLOOR))
-        ]
-        lands = bool(len(p)) and not p[0] > ON_FLOOR  # whether the first turn is an initial contact
-        while len(turns) > 1 and min(b - a for a, b in pairwise(turns)) < _SHORTEST_S:
-            shortest = int(np.argmin(np.diff(turns)))
-            del turns[shortest : shortest + 2]
-        edges = [*([] if lands else [np.nan]), *turns]
-        edges += [np.nan] if len(edges) % 2 else []
-        stances_of_side += [
-            Stance(side, float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)
-        ]
-    return stances_of_side
+    found: dict[str, list[Stance]] = {side: [] for side in probability}
+    for side, values in probability.items():
+        for piece in runs(np.isfinite(values), time_s, seams):
+            p, t = values[piece], time_s[piece]
+            rows = np.flatnonzero(np.diff(p > ON_FLOOR))
+            turns = t[rows] + (t[rows + 1] - t[rows]) * (ON_FLOOR - p[rows]) / (p[rows + 1] - p[rows])
+            while len(turns) > 1 and (lasts_s := np.diff(turns)).min() < _SHORTEST_S:
+                turns = np.delete(turns, lasts_s.argmin() + np.arange(2))
+            # The first turn is an initial contact, unless the foot stands already.
+            edges = [*[np.nan] * bool(p[0] > ON_FLOOR), *turns.tolist()]
+            edges += [np.nan] * (len(edges) % 2)
+            found[side] += [Stance(side, *edge) for edge in zip(edges[::2], edges[1::2], strict=True)]
+    return found
 
 
 def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]]) -> list[Stride]:
@@ -148,8 +140,7 @@ def _off(offs: np.ndarray, after_s: float, before_s: float) -> float:
 
 def contact_times(walks: Sequence[Sequence[Step]], side: str) -> list[float]:
     """Seconds at which one foot lands: a step begins with an initial contact of the other foot and ends with one."""
-    starts = [walk[0].start_s for walk in walks if walk[0].side != side]
-    return sorted({*starts, *(step.stop_s for walk in walks for step in walk if step.side == side)})
+    return sorted({at_s for walk in walks for foot, at_s in _landings(walk) if foot == side})
 
 
 def walks(
@@ -308,24 +299,74 @@ class Gait:
         return "running" if self.flies and _step_s(self.steps) <= _RUN_STEP_S else "walking"
 
     @cached_property
-    def _flights_s(self) -> np.ndarray:
-        flights = np.concatenate([*time_values(self)["flight_time_s"].values()])
-        return flights[np.isfinite(flights)]
-
-    @cached_property
     def flies(self) -> bool:
         """Whether most strides have flights."""
-        return bool(len(self._flights_s) and np.median(self._flights_s) > 0)
+        flights_s = finite(self.times["flight_time_s"])
+        return bool(len(flights_s) and np.median(flights_s) > 0)
 
     @cached_property
     def mixed(self) -> bool:
         """Whether a run has walked steps too: in some strides two feet are clearly on the floor."""
-        return self.kind == "running" and bool((self._flights_s < -_BOTH_S).mean() >= _SOME)
+        if self.kind != "running":
+            return False
+        return bool((finite(self.times["flight_time_s"]) < -_BOTH_S).mean() >= _SOME)
 
     @cached_property
     def strides(self) -> list[Stride]:
         """Of all walks, in order."""
         return strides(self.walks, self.feet)
+
+    @cached_property
+    def times(self) -> Values:
+        """Of steps and strides, NaN where an event is not seen.
+
+        step_time_s, stride_time_s, stance_time_s, swing_time_s; stance_percent, swing_percent, single_support_percent
+        and double_support_percent of the stride: the other foot's swing, when only this one bears the body, in a run
+        the stance; and both supports together, negative where the feet leave before the other lands (a run).
+        flight_time_s, of one flight, by the stride's two or the one that is seen, negative in a walk.
+        """
+        events = np.array([astuple(stride)[1:] for stride in self.strides], dtype=np.float64).reshape(-1, 5)
+        start, stop, off, other_off, other_start = events.T
+        stride, stance, swing = stop - start, off - start, stop - off
+        # From this foot's initial contact to the other's toe-off, and from the other's initial contact to this one's
+        # toe-off: support by both where positive, flight where negative.
+        first, last = other_off - start, off - other_start
+        single = np.minimum(other_start, off) - np.maximum(other_off, start)
+        # Each, or the one that is seen.
+        one, other = np.where(np.isfinite(first), first, last), np.where(np.isfinite(last), last, first)
+        of_strides = {
+            "stride_time_s": stride,
+            "stance_time_s": stance,
+            "swing_time_s": swing,
+            "stance_percent": 100 * stance / stride,
+            "swing_percent": 100 * swing / stride,
+            "single_support_percent": 100 * single / stride,
+            "double_support_percent": 100 * (first + last) / stride,
+            "flight_time_s": -(one + other) / 2,
+        }
+        of_steps = {"step_time_s": [step.stop_s - step.start_s for step in self.steps]}
+        return by_side(self.steps, of_steps) | by_side(self.strides, of_strides)
+
+    @cached_property
+    def style(self) -> dict[str, float]:
+        """{figure of OF_STYLE: mean over both sides' values}; those that are seen."""
+        seen = {name: finite(self.times[name]) for name in OF_STYLE}
+        return {name: float(values.mean()) for name, values in seen.items() if len(values)}
+
+
+def by_side(events: Sequence[Step | Stride], figures: Mapping[str, Sequence[float] | np.ndarray]) -> Values:
+    """Figures (N,) of these steps or strides, in order, apart by the foot."""
+    sides = np.array([event.side for event in events], dtype=str)
+    return {
+        name: {side: np.asarray(values, dtype=np.float64)[sides == side] for side in "rl"}
+        for name, values in figures.items()
+    }
+
+
+def finite(values: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(N,) the values of a figure's sides that are not NaN."""
+    every = np.concatenate([np.empty(0), *values.values()])
+    return every[np.isfinite(every)]
 
 
 def find_gait(
@@ -404,43 +445,6 @@ def separation(body: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) 
 def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:
     """(T,) where the person faces about LEVEL's z, by rotations (T, 3, 3)."""
     return np.degrees(np.arctan2(-R_level_from_body[:, 1, 0], -R_level_from_body[:, 0, 0]))
-
-
-def time_values(gait: Gait) -> Values:
-    """{figure: {"r", "l": (N,) of that side's steps or strides}}, NaN where an event is not seen.
-
-    step_time_s, stride_time_s, stance_time_s, swing_time_s; stance_percent, swing_percent, single_support_percent and
-    double_support_percent of the stride: the other foot's swing, when only this one bears the body, in a run the
-    stance; and both supports together, negative where the feet leave before the other lands (a run). flight_time_s, of
-    one flight, by the stride's two or the one that is seen, negative in a walk.
-    """
-    result: Values = {}
-    for side in SIDES.values():
-        own = [astuple(stride)[1:] for stride in gait.strides if stride.side == side]
-        start, stop, off, other_off, other_start = np.array(own, dtype=np.float64).reshape(-1, 5).T
-        stride, stance, swing = stop - start, off - start, stop - off
-        # From this foot's initial contact to the other's toe-off, and from the other's initial contact to this one's
-        # toe-off: support by both where positive, flight where negative.
-        first, last = other_off - start, off - other_start
-        single = np.minimum(other_start, off) - np.maximum(other_off, start)
-        # Each, or the one that is seen.
-        one, other = np.where(np.isfinite(first), first, last), np.where(np.isfinite(last), last, first)
-        row = {
-            "step_time_s": np.array(
-                [s.stop_s - s.start_s for s in gait.steps if s.side == side], dtype=np.float64
-            ),
-            "stride_time_s": stride,
-            "stance_time_s": stance,
-            "swing_time_s": swing,
-            "stance_percent": 100 * stance / stride,
-            "swing_percent": 100 * swing / stride,
-            "single_support_percent": 100 * single / stride,
-            "double_support_percent": 100 * (first + last) / stride,
-            "flight_time_s": -(one + other) / 2,
-        }
-        for name, values in row.items():
-            result.setdefault(name, {})[side] = values
-    return result
 
 
 def gait_of(motion: Motion) -> Gait:
@@ -571,5 +575,4 @@ def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> flo
         if f"{name}_deg" in columns and f"{name}_sd_deg" in columns
     ]
     sd = np.sqrt(np.sum(np.square(parts), axis=0)) if len(parts) == 4 else np.zeros(0)
-    stated = sd[np.isfinite(sd)]
-    return max(LEAST_STEP, NOISE * (float(np.median(stated)) if len(stated) else usual))
+    return max(LEAST_STEP, NOISE * float(np.nan_to_num(known_median(sd), nan=usual)))

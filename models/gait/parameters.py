@@ -1,4 +1,4 @@
-"""Lengths, width and speed of a walk or a run, as gait laboratories report them beside the times (gait.time_values).
+"""Lengths, width and speed of a walk or a run, as gait laboratories report them beside the times (Gait.times).
 
 Definitions: initial contact, toe-off, stance, swing, single and double support as in Perry & Burnfield, Gait Analysis,
 2nd ed. 2010, chapter 1; steps, strides, speed and cadence as in Hollman, McDade & Petersen, Gait & Posture 34(1), 2011;
@@ -13,8 +13,8 @@ import numpy as np
 
 from ...pipeline.core.rotations import unit
 from ...pipeline.signals.filters import resample
-from .contact import OTHER, SIDES
-from .gait import Gait, Stance, Step, Values, strides
+from .contact import OTHER
+from .gait import Gait, Stance, Step, Values, by_side, strides
 
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
@@ -48,33 +48,30 @@ def length_values(
     Posture 23(2), 2006). A step's speed is how far apart the pelvis is at its two landings by the mean time of all
     steps, so that the mean of speeds is distance by time.
     """
-    stands = {side: places(root + ankles[side], time_s, gait.feet[side], seams) for side in SIDES}
-    names = ("walking_speed", "step_length", "stride_length", "step_width")
-    values: dict[str, dict[str, list[float]]] = {name: {side: [] for side in SIDES} for name in names}
-    landings = np.array([(step.start_s, step.stop_s) for step in gait.steps]).reshape(-1, 2)
-    first, last = resample(root, time_s, landings.T.ravel(), seams).reshape(2, len(landings), -1)
-    usual_s = float(np.mean(landings[:, 1] - landings[:, 0])) if len(landings) else float("nan")
-    for step, far in zip(gait.steps, np.linalg.norm(last - first, axis=-1), strict=True):
-        values["walking_speed"][step.side].append(far / usual_s)
+    stands = {side: places(root + ankles[side], time_s, gait.feet[side], seams) for side in "rl"}
 
     def at(side: str, start_s: float) -> np.ndarray:
         return stands[side].get(start_s, np.full(3, np.nan))
 
+    landings = np.array([(step.start_s, step.stop_s) for step in gait.steps]).reshape(-1, 2)
+    first, last = resample(root, time_s, landings.T.ravel(), seams).reshape(2, len(landings), -1)
+    usual_s = float(np.mean(landings[:, 1] - landings[:, 0])) if len(landings) else float("nan")
+    step_lengths, stride_lengths, widths = [], [], []
     for walk in gait.walks:
         ends = [(at(OTHER[step.side], step.start_s), at(step.side, step.stop_s)) for step in walk]
-        for step, (moved, ahead) in zip(walk, _ways(root, time_s, walk, ends, seams), strict=True):
-            values["step_length"][step.side].append(float(moved @ ahead))
+        step_lengths += [moved @ ahead for moved, ahead in _ways(root, time_s, walk, ends, seams)]
         of_walk = strides([walk], gait.feet)
         ends = [(at(s.side, s.start_s), at(s.side, s.stop_s)) for s in of_walk]
         ways = _ways(root, time_s, walk, ends, seams)
         for s, (before, after), (moved, ahead) in zip(of_walk, ends, ways, strict=True):
             aside = (at(OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
-            values["stride_length"][s.side].append(float(moved @ ahead))
-            values["step_width"][s.side].append(abs(float(aside)))
-    return {
-        name: {side: np.array(of_side, dtype=np.float64) for side, of_side in by_side.items()}
-        for name, by_side in values.items()
-    }
+            stride_lengths.append(moved @ ahead)
+            widths.append(abs(aside))
+    speeds = np.linalg.norm(last - first, axis=-1) / usual_s
+    of_strides = {"stride_length": stride_lengths, "step_width": widths}
+    return by_side(gait.steps, {"walking_speed": speeds, "step_length": step_lengths}) | by_side(
+        gait.strides, of_strides
+    )
 
 
 def _ways(
@@ -118,7 +115,7 @@ def over_belt(
 def walked_on(gait: Gait) -> dict[str, list[Stance]]:
     """The stances that steps end with, by side."""
     landed = {(step.side, step.stop_s) for step in gait.steps}
-    return {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
+    return {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in "rl"}
 
 
 def standing(

@@ -20,7 +20,7 @@ import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.rotations import angle_deg, is_finite, known_median, unit
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import on_lines
 from ..common.canonical import body_axes
@@ -145,8 +145,7 @@ def pool(
     apart = plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]
     scatter = float(np.sqrt(np.average((apart**2).sum(-1), weights=trust)))
     effective = effective_number(apart, time_s[fine], robust)
-    stated = spread[fine] if spread is not None else np.array([])
-    usual = float(np.median(stated[np.isfinite(stated)])) if np.isfinite(stated).any() else float("nan")
+    usual = float("nan") if spread is None else known_median(spread[fine])
     shared = lean_square(float(np.average(expected**2, weights=trust)), scatter**2, usual)
     outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
     return TakeUp(centre, float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2))))

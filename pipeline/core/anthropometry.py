@@ -18,7 +18,7 @@ import numpy as np
 
 from .layouts import FEET, H36M17, Layout
 from .pose import PoseSequence
-from .rotations import norm
+from .rotations import known_median, norm
 
 STATURES_M = (0.4, 2.6)  # of people, from newborns on
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
@@ -71,8 +71,7 @@ def floor_height(level: PoseSequence) -> float:
     feet = level.layout.indices([point for point in FEET.joints if point in level.layout])
     soles = np.concatenate([soles, level.joints[:, feet, 2]], axis=1)
     lowest = np.fmin.reduce(soles, axis=1) + (0.0 if level.root is None else level.root[:, 2])
-    finite = lowest[np.isfinite(lowest)]
-    return float(np.median(finite)) if len(finite) else float("nan")
+    return known_median(lowest)
 
 
 def trunk_length(joints: np.ndarray, layout: Layout) -> float:
@@ -81,5 +80,4 @@ def trunk_length(joints: np.ndarray, layout: Layout) -> float:
     if not all(name in layout for pair in pairs for name in pair):
         return float("nan")
     hips, shoulders = (joints[:, layout.indices(pair)].astype(np.float64).mean(axis=1) for pair in pairs)
-    length = norm(shoulders - hips)
-    return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")
+    return known_median(norm(shoulders - hips))

@@ -30,6 +30,12 @@ def norm(v: np.ndarray) -> np.ndarray:
     return np.sqrt(reduce(np.add, _coordinates(v * v)))
 
 
+def known_median(values: np.ndarray) -> float:
+    """The median of the finite ones of (N,), NaN without any."""
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else float("nan")
+
+
 def _coordinates(x: np.ndarray) -> list[np.ndarray]:
     """Those of x (..., D), each (...): along an axis that is so short numpy's own reductions take ten times as long."""
     return [x[..., i] for i in range(x.shape[-1])]

@@ -8,9 +8,9 @@ from itertools import groupby
 
 import numpy as np
 
-from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
 from ...pipeline.core.measures import SD_90, Measure, Row, Side, side_of, within
+from ...pipeline.core.rotations import known_median
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .cycles import mean_curve

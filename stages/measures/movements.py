@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
 from ...models.gait.gait import NOISE, SIDES, separation
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import known_median
 from ...pipeline.signals.filters import nearest_row
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .repetitions import Repetition, repetitions

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...models.angle_error.repeatability import ends, known_median, same_shares
+from ...models.angle_error.repeatability import ends, same_shares
 from ...models.common.motion import Motion
 from ...models.common.residuals import limb_scores
 from ...models.gait.gait import SIDES
 from ...pipeline.core.measures import SD_90, Measure, Row, side_of, withheld, within
+from ...pipeline.core.rotations import known_median
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES, EXCHANGED, MIDLINE, UNDEFINED, UNTRUSTED, continuous, of_both
 from ...pipeline.signals.filters import stretches

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
 from ...models.gait.contact import leg_length
 from ...models.gait.errors import (
@@ -20,15 +20,15 @@ from ...models.gait.errors import (
     path_error,
     scatter,
     shipped_errors,
-    style_of,
 )
-from ...models.gait.gait import SIDES, Gait, Stride, Values, Walk, contact_times, time_values
+from ...models.gait.gait import SIDES, Gait, Stride, Values, Walk, contact_times, finite
 from ...models.gait.parameters import length_values, over_belt, standing, times_too_far, walked_on
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Measure, Remark, Row, withheld, within
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import known_median
 from ...pipeline.signals.filters import resample
 from .cycles import POINTS, mean_curve
 from .figures import deviation, moments, observable, spread, symmetry, unknown_deg, with_error
@@ -60,12 +60,13 @@ def walking(motion: Motion, gait: Gait, walks: Sequence[Walk], why_sides: str = 
     judged = observable(motion.has(_LEGS))
     if not walks:
         return [judged]
-    lengths, over_floor, share = _lengths(motion, gait)
-    means = _means(motion, gait, lengths, share)
+    root_sd, share = _path_error(motion, gait)
+    lengths, over_floor, share = _lengths(motion, gait, share)
+    means = _Means(motion, gait, gait.times | lengths, root_sd, share)
     enough = len(gait.strides) >= _STRIDES[gait.kind]
     of_both = "flight_time_s" if gait.kind == "running" else "double_support_percent"
     phases = (*_PHASES, *[of_both] * (not gait.mixed)) if means.errors or enough else ()
-    quick = motion.source.lifted and gait.kind == "walking" and means.style["step_time_s"] < _QUICK_S
+    quick = motion.source.lifted and gait.kind == "walking" and gait.style["step_time_s"] < _QUICK_S
     return [
         judged,
         Remark("gait", "walking or running" if quick or gait.mixed else gait.kind),
@@ -209,46 +210,45 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
         by = f" by {made_by.by}" if made_by.by else ""
         reason = f"these poses{by} were not compared with ground truth"
         return [notice("errors-unknown", what="the gait figures", reason=reason)]
-    style = style_of(time_values(gait))
     texts = {
         "stance_percent": "a stance of {:.0f} % of the stride",
         "step_time_s": "a step time of {:.2f} s, if the frame rate is right (--fps)",
     }
-    beyond = " and ".join(texts[name].format(style[name]) for name in errors.beyond(gait.kind, style))
+    beyond = " and ".join(
+        texts[name].format(gait.style[name]) for name in errors.beyond(gait.kind, gait.style)
+    )
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 
-def _means(motion: Motion, gait: Gait, lengths: Values, share: float) -> _Means:
-    """lengths, share: of `_lengths`."""
-    source, times = motion.source, time_values(gait)
-    R_camera_from_body = source.frame.basis.T @ motion.rectified.R_source_from_body
-    return _Means(
-        gait.kind,
-        times | lengths,
-        errors_of(source),
-        leg_length(motion.body),
-        _path_error(motion, gait)[0],
-        share,
-        depth_of_steps(R_camera_from_body, motion.times, gait.walks) if source.lifted else 0.0,
-        style_of(times),
-    )
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Means:
-    """Means of gait figures with their errors. gait: "walking" or "running". values: of models.gait, by their
-    names there. errors: those of the poses' source; None states none. leg: length of a leg, root_sd: of the pelvis
-    path, in the poses' unit, NaN where unknown. share: of lengths and speed, that is wrong in all alike. depth:
-    errors.depth_of_steps. style: errors.style_of the values."""
+    """Means of gait figures with their errors. values: of models.gait, by their names there. root_sd: of the pelvis
+    path, in the poses' unit, NaN where unknown. share: of lengths and speed, that is wrong in all alike."""
 
-    gait: str
+    motion: Motion
+    gait: Gait
     values: Values
-    errors: GaitErrors | None
-    leg: float
     root_sd: float
     share: float
-    depth: float
-    style: dict[str, float]
+
+    @cached_property
+    def errors(self) -> GaitErrors | None:
+        """Those of the poses' source; None states none."""
+        return errors_of(self.motion.source)
+
+    @cached_property
+    def leg(self) -> float:
+        """Length of a leg, in the poses' unit."""
+        return leg_length(self.motion.body)
+
+    @cached_property
+    def depth(self) -> float:
+        """Of steps, as errors.depth_of_steps."""
+        source = self.motion.source
+        R_camera_from_body = source.frame.basis.T @ self.motion.rectified.R_source_from_body
+        return (
+            depth_of_steps(R_camera_from_body, self.motion.times, self.gait.walks) if source.lifted else 0.0
+        )
 
     def rows(self, names: Sequence[str], side: str | None = None) -> Iterator[Row]:
         """`mean_<name>` (walking_speed by its own name), its error, and `deviation`, where that is larger than one
@@ -287,10 +287,8 @@ class _Means:
 
     def _finite(self, name: str, side: str | None = None) -> np.ndarray:
         """The values of both sides, or of one, that are not NaN."""
-        sides = SIDES.values() if side is None else [side]
-        values = [self.values[name][each] for each in sides] if name in self.values else [np.empty(0)]
-        joined = np.concatenate(values)
-        return joined[np.isfinite(joined)]
+        of_sides = self.values.get(name, {})
+        return finite({each: values for each, values in of_sides.items() if side in (None, each)})
 
     def _in_unit(self, name: str, own: float) -> float:
         """An error that is stated in lengths of the leg, in the poses' unit."""
@@ -301,10 +299,12 @@ class _Means:
         if self.errors is None:
             return float("nan")
         count, spread = len(self._finite(name, side)), scatter(self._finite(name))
-        mean = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, spread)
+        mean = self.errors.mean(self.gait.kind, name, count, self.root_sd / self.leg, self.gait.style, spread)
         return self._in_unit(
             name,
-            mean if side is None else float(np.hypot(mean, self.errors.side(self.gait, name, self.depth))),
+            mean
+            if side is None
+            else float(np.hypot(mean, self.errors.side(self.gait.kind, name, self.depth))),
         )
 
     def _difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
@@ -314,14 +314,14 @@ class _Means:
         # Of each side about its own mean: what the sides differ by is no scatter.
         off = np.concatenate([side - side.mean() for side in (right, left)])
         spread = scatter(off) * float(np.sqrt((len(off) - 1) / (len(off) - 2))) if len(off) > 2 else np.nan
-        error = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
+        error = self.errors.difference(self.gait.kind, name, len(right), len(left), self.depth, spread)
         return self._in_unit(name, error)
 
     def _single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's; NaN where that is not known."""
         if self.errors is None:
             return float("nan")
-        error = self.errors.mean(self.gait, name, 1)
+        error = self.errors.mean(self.gait.kind, name, 1)
         if name in OF_LENGTH and not np.isfinite(error):
             return 0.0  # lengths of measured poses are of the person
         return self._in_unit(name, error)
@@ -339,9 +339,9 @@ def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
     return path_error(path.points, path.covariance, axis, *path.shared, filtered.times, gait.walks)
 
 
-def _lengths(motion: Motion, gait: Gait) -> tuple[Values, list[Row], float]:
+def _lengths(motion: Motion, gait: Gait, of_path: float) -> tuple[Values, list[Row], float]:
     """Lengths and speed of the walks, what is said of the belt or why there are none, and the share by which they are
-    all off alike."""
+    all off alike. of_path: that share by the pelvis path."""
     if motion.moving_camera or motion.filtered.root is None:
         return {}, [withheld("camera-moves" if motion.moving_camera else "place-unknown", "lengths")], 0.0
     root, ankles = _over_floor(motion.filtered)
@@ -349,7 +349,6 @@ def _lengths(motion: Motion, gait: Gait) -> tuple[Values, list[Row], float]:
     values = length_values(gait, path, ankles, motion.times, motion.seams)
     if not any(np.isfinite(lengths).any() for lengths in values["step_length"].values()):
         return {}, [withheld("place-unknown", "lengths")], 0.0
-    of_path = _path_error(motion, gait)[1]
     if not belt:
         return values, [], of_path
     share = _BELT_SHARE if motion.source.lifted and errors_of(motion.source) else float("nan")

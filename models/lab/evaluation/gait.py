@@ -37,7 +37,6 @@ from ...gait.gait import (
     facing_deg,
     separation,
     slow_flights,
-    time_values,
 )
 from ...gait.gait import walks as walks_of
 from ...gait.parameters import length_values
@@ -194,7 +193,7 @@ def _values(gait: Gait, truth: SeenTake) -> Values:
     time_s, level = truth.keypoints.times, relative(filtered(truth.world, truth.keypoints.times))
     ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES.values()}
     root = truth.world[:, H36M17.index("pelvis"), :2]
-    return {**time_values(gait), **length_values(gait, root, ankles, time_s)}
+    return gait.times | length_values(gait, root, ankles, time_s)
 
 
 def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:

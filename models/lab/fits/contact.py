@@ -22,7 +22,7 @@ from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
-from ...gait.contact import SIDES, ContactNet, window_features
+from ...gait.contact import ContactNet, window_features
 from ...gait.gait import ON_FLOOR
 from ...lifter.builtin import lifted
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, filtered, joints_of, see
@@ -64,7 +64,7 @@ def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np
         captured = relative(clip.joints.astype(np.float64))
         for level in (rotate(off @ seen.R_camera_from_world.T, lift), captured):
             body = in_body(level, time_s)
-            for side in SIDES:
+            for side in "rl":
                 features = window_features(body, time_s, side)
                 known = np.isfinite(features).all(axis=1)
                 events = spells[side][np.isfinite(spells[side])]

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
-from pcnet3d.models.gait.gait import Gait, Stance, Step, time_values, walks
+from pcnet3d.models.gait.errors import OF_SIDES, depth_of_steps, path_error, shipped_errors
+from pcnet3d.models.gait.gait import OF_STYLE, Gait, Stance, Step, walks
 from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt, standing, times_too_far
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
@@ -44,7 +44,7 @@ def mean(values, name):
 
 def test_times_of_a_gait_cycle():
     _, _, gait = striding()
-    values = time_values(gait)
+    values = gait.times
     assert gait.kind == "walking"
     for name, known in {
         "step_time_s": STEP_S,
@@ -67,8 +67,8 @@ def test_a_run_is_what_has_flights():
     }
     run = Gait(short, gait.walks)
     assert run.kind == "running"
-    assert mean(time_values(run), "flight_time_s") == pytest.approx(0.1)
-    assert mean(time_values(run), "single_support_percent") == pytest.approx(40)
+    assert mean(run.times, "flight_time_s") == pytest.approx(0.1)
+    assert mean(run.times, "single_support_percent") == pytest.approx(40)
 
 
 @pytest.mark.parametrize("bend_degps", [0.0, 25.0, -25.0])
@@ -139,7 +139,7 @@ OF_PATH = {"walking_speed", "step_length", "stride_length", "step_width"}
 
 
 def test_errors_shrink_with_steps_and_grow_with_the_paths():
-    times = set(time_values(striding()[2]))
+    times = set(striding()[2].times)
     for source, figures in (("lifted", times | OF_PATH), ("measured", times)):
         errors = shipped_errors(source)
         for gait in ("walking", "running"):
