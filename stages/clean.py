@@ -14,7 +14,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
-from ..pipeline.reading.bounds import check_image_size, grid_rows
+from ..pipeline.reading.bounds import grid_rows
 from ..pipeline.signals.checks import NEAR_S, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
 from ..pipeline.signals.splines import monotone_slopes, on_spline
@@ -65,16 +65,10 @@ class Clean:
         absent = [body.layout.joints[i] for i in np.flatnonzero(~visible.any(axis=0))]
         if absent:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
-        if take.keypoints is not None and poses.layout.is_body:
-            size = take.image_size
-            # Those that were detected in this video have its size.
-            keypoints_of_file = any(each["role"] == "keypoints" for each in take.inputs)
-            if keypoints_of_file and (doubt := check_image_size(take.keypoints, size)):
-                notices.append(doubt)
-            if poses.made_by.kind != "measured":
-                hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
-                poses = without(poses, hidden)
-                notices += not_seen(hidden, out, poses.times)
+        if take.keypoints is not None and poses.layout.is_body and poses.made_by.kind != "measured":
+            hidden, out = unseen(take.keypoints, take.image_size, poses.frame_index, poses.times)
+            poses = without(poses, hidden)
+            notices += not_seen(hidden, out, poses.times)
         return take.with_(poses=poses).saying(*notices)
 
 

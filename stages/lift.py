@@ -23,10 +23,8 @@ from ..pipeline.core.lifted import Lifted, ToLift
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.reading.bounds import check_image_size
 from ..pipeline.reading.findings import findings_of
 from ..pipeline.reading.guard import guarded
 from ..pipeline.signals.checks import strays_of
@@ -95,8 +93,6 @@ class Lift:
         keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:
             visible = visible_only(keypoints, size)
-            if size is not None and not is_finite(visible.joints).any():
-                check_image_size(keypoints, size)
             keypoints, strays = _without_strays(visible, keypoints)
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
@@ -110,8 +106,6 @@ class Lift:
         camera, takes = take.camera, self._opened.takes
         intrinsics = camera.intrinsics if camera else None
         if intrinsics is not None:
-            if size is not None:
-                check_image_size(keypoints, size)
             if "images" not in takes:
                 keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
             keypoints = keypoints.noted(

@@ -21,7 +21,7 @@ from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.reading.bounds import check_image_size, grid_rows
+from ...pipeline.reading.bounds import grid_rows, image_size_doubts
 from ...pipeline.signals.filters import on_lines, stretches
 from ...pipeline.signals.visibility import unseen
 
@@ -74,8 +74,8 @@ def checked_size(asked: ToLift) -> np.ndarray:
             f"Expected keypoints in pixels, but none exceeds {np.abs(coordinates).max():.2f}: they look normalised; "
             "multiply them back to pixels first.",
         )
-    if asked.intrinsics is None:  # else whoever undid the distortion has looked at those that were filmed
-        check_image_size(keypoints, (int(size[0]), int(size[1])))
+    if asked.intrinsics is None:  # without the lens's distortion they may be outside
+        image_size_doubts(keypoints, (int(size[0]), int(size[1])))
     return size
 
 

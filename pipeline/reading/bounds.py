@@ -58,12 +58,12 @@ def check_size(poses: PoseSequence, where: str) -> None:
         )
 
 
-def check_image_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
-    """A warning if many visible keypoints lie far outside an image of that size; None if they do not, or the size is
-    not known. InputError if most do: every pose would be left out as outside the image."""
+def image_size_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> list[Notice]:
+    """A warning where many visible keypoints lie far outside an image of that size. InputError if most do: every pose
+    would be left out as outside the image."""
     points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
     if image_size is None or not len(points):
-        return None
+        return []
     size, beyond = np.array(image_size), limit("image-size.beyond")
     share = float(((points < -beyond * size) | (points > (1 + beyond) * size)).any(axis=-1).mean())
     right, down = np.ceil(points.max(axis=0)).astype(int).tolist()  # of the smallest that has them all
@@ -77,7 +77,7 @@ def check_image_size(keypoints: PoseSequence, image_size: tuple[int, int] | None
         )
     values = {"width": width, "height": height, "right": right, "down": down}
     doubtful = share > limit("image-size.doubtful")
-    return notice("image-size-doubtful", share_percent=100 * share, **values) if doubtful else None
+    return [notice("image-size-doubtful", share_percent=100 * share, **values)] if doubtful else []
 
 
 def grid_rows(sequence: PoseSequence, step: int = 1) -> int:

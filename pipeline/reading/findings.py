@@ -35,13 +35,11 @@ UNNUMBERED = (
 
 
 def findings_of(
-    poses: PoseSequence, source: PoseSequence | None = None, swaps: tuple[Swap, ...] | None = None
+    poses: PoseSequence, unit: str = "m", swaps: tuple[Swap, ...] | None = None
 ) -> tuple[Notice, ...]:
-    """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; source: the
-    same person as the adapter gives it, where there was a file; swaps: of find_swaps in these poses, where it was asked
-    already."""
+    """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; unit: of
+    their file; swaps: of find_swaps in these poses, where it was asked already."""
     poses = poses.without_feet
-    unit = "m" if source is None else source.frame.unit
     swaps = find_swaps(poses) if swaps is None else swaps
     return (*row_findings(poses), *pose_findings(poses, unit), *swap_findings(poses, swaps))
 

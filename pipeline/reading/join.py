@@ -15,25 +15,26 @@ from ..core.limits import limit
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.take import Video
+from ..core.take import Told, Video
 from ..files.atomic import printable
 from ..files.digest import sha256
 from ..signals.filters import nearest_row, rate
-from .bounds import check_fps, check_image_size, check_times, rate_doubts
+from .bounds import check_fps, check_times, image_size_doubts, rate_doubts
 from .load import Source
-from .settings import RunOptions
 
 Rows = PoseSequence | None  # of one person, where there is a file of them
 
 
 @dataclass(frozen=True, eq=False)
 class Files:
-    """The files of one recording, with everybody in them, and what the user says of them."""
+    """The files of one recording, with everybody in them. told: what the user says of it. first_frame: the video frame
+    of the first row, where the user says it."""
 
     poses: Source | None
     keypoints: Source | None
     video: Video | None
-    options: RunOptions
+    told: Told
+    first_frame: int | None
 
     @property
     def lead(self) -> Source:
@@ -63,7 +64,7 @@ class Files:
     @property
     def image_size(self) -> tuple[int, int] | None:
         """Width and height, from the video or the user."""
-        return self.video.size if self.video else self.options.image_size
+        return self.video.size if self.video else self.told.image_size
 
     @property
     def nameless(self) -> bool:
@@ -72,17 +73,16 @@ class Files:
         people = [person for file in (self.poses, self.keypoints) if file for person in file.people]
         return len(people) > 2 and any(person.linked for person in people)
 
-    @cached_property
-    def video_seconds(self) -> np.ndarray:
-        """(N,) seconds of all frames of the video, by the given rate or its own stamps."""
-        assert self.video is not None
-        time_s, fps = self.video.time_s, self.options.fps
-        return time_s if fps is None else np.arange(len(time_s)) / check_fps(fps)
+    def seconds(self, frames: np.ndarray) -> np.ndarray | None:
+        """(N,) of these video frames (N,), by the given rate or the video's own stamps; None where neither is known."""
+        if self.told.fps is not None:
+            return frames / check_fps(self.told.fps)
+        return None if self.video is None else self.video.time_s[frames]
 
     def joined(self, poses: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
-        """One person's, with numbers of video frames and seconds, and what is doubtful of the rate. InputError where
-        the files do not go together, or nothing tells which frames the rows are, or when they were taken, and for
-        keypoints outside their image."""
+        """One person's, with numbers of video frames and seconds, and what is doubtful of the rate and of the image's
+        size. InputError where the files do not go together, or nothing tells which frames the rows are, or when they
+        were taken, and for keypoints outside their image."""
         poses, keypoints, numbering = self._numbered(poses, keypoints)
         lead = poses or keypoints
         assert lead is not None
@@ -91,10 +91,10 @@ class Files:
             self._check_numbers(self.keypoints.path, keypoints, self.keypoints)
         doubts = self._doubts(keypoints if keypoints and lead.time_s is None else lead)
         lead = self._timed(self.lead.path, lead, keypoints)
-        clock = self.video.path if self.video and self.options.fps is None else self.lead.path
+        clock = self.video.path if self.video and self.told.fps is None else self.lead.path
         check_times(lead.times, str(clock))
         if keypoints is not None:
-            check_image_size(keypoints, self.image_size)
+            doubts += image_size_doubts(keypoints, self.image_size)
         if poses is None:
             return None, lead, doubts
         if keypoints is not None and self.keypoints is not None:
@@ -104,27 +104,23 @@ class Files:
     def _numbered(self, poses: Rows, keypoints: Rows) -> tuple[Rows, Rows, Source]:
         """Both with the numbers of their video frames, as far as the files and `first_frame` tell, and the file that
         numbers them."""
-        first, numbering = self.options.first_frame, self.lead
+        first, numbering = self.first_frame, self.lead
+        both = " and ".join(str(file.path) for file in (self.poses, self.keypoints) if file is not None)
         if poses is not None and not poses.frames_known:
             if keypoints is not None and self.keypoints and (first is None or len(poses) == len(keypoints)):
-                poses, numbering = numbered_by(keypoints, poses, self._named), self.keypoints
+                poses, numbering = _numbered_by(keypoints, poses, both), self.keypoints
             elif first is not None:
                 poses, first = _later(poses, first), None  # keypoints beside them have numbers of their own
             elif self.video is not None:
                 poses = numbered_by_times(self.video, poses)
         if poses and keypoints and not np.isin(poses.frame_index, keypoints.frame_index).any():
-            raise InputError("files-apart", f"{self._named} have no video frame in common.")
+            raise InputError("files-apart", f"{both} have no video frame in common.")
         if first is not None:
             # One shift for everybody in the file; rows without numbers are counted from 0, whoever is in the first.
             firsts = (int(each.frame_index[0]) if each.frames_known else 0 for each in numbering.people)
             by = first - min(firsts)
             poses, keypoints = (rows and _later(rows, by) for rows in (poses, keypoints))
         return poses, keypoints, numbering
-
-    @property
-    def _named(self) -> str:
-        """The files of people, for errors."""
-        return " and ".join(str(file.path) for file in (self.poses, self.keypoints) if file is not None)
 
     def _check_numbers(self, path: Path, rows: PoseSequence, numbering: Source) -> None:
         """InputError when nothing says which of the video's frames the rows are, or there are no such frames.
@@ -143,7 +139,7 @@ class Files:
             return
         lowest = min(int(person.frame_index[0]) for person in numbering.people)
         # The first images may show nobody, so that the lowest of numbers that count from 1 need not be 1.
-        from_1 = lowest and last == frames and self.options.first_frame is None
+        from_1 = lowest and last == frames and self.first_frame is None
         raise InputError(
             "files-apart",
             f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {self.video.path} ends "
@@ -156,13 +152,11 @@ class Files:
         """The rows with their seconds: by the video or the given rate, else their own, else by those of other rows
         beside them. InputError when nothing tells the time."""
         frames = rows.frame_index
-        if self.video is not None:
-            return rows.with_(time_s=self.video_seconds[frames])
-        if self.options.fps is not None:
-            return rows.with_(time_s=frames / check_fps(self.options.fps))
+        if (time_s := self.seconds(frames)) is not None:
+            return rows.with_(time_s=time_s)
         if rows.time_s is not None:
             return rows
-        if beside is None or beside.time_s is None:
+        if beside is None or beside.time_s is None or len(beside) == 1:
             if len(frames) == 1:  # an image has no rate
                 return rows.with_(time_s=np.zeros(1))
             raise InputError(
@@ -170,8 +164,6 @@ class Files:
                 f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself.",
             )
         first, last = beside.frame_index[[0, -1]]
-        if first == last:
-            return rows.with_(time_s=beside.times + (frames - first))
         between = np.interp(frames, beside.frame_index, beside.times)
         outside = np.clip(frames - last, 0, None) + np.clip(frames - first, None, 0)
         return rows.with_(time_s=between + outside / beside.fps)
@@ -180,7 +172,7 @@ class Files:
         """Notices where the rate contradicts the video's or, without one, that of these rows; and where these two
         contradict each other."""
         stated = rows.fps if rows.time_s is not None and len(rows) > 1 else None
-        fps = self.options.fps
+        fps = self.told.fps
         doubts = rate_doubts(fps, self.video, stated)
         if doubts or fps is not None or self.video is None or stated is None:
             return doubts
@@ -189,12 +181,13 @@ class Files:
         shown = float((last - first) / (stop_s - start_s))  # of the same frames
         # A file that counts frames at the one rate of a video whose images come unevenly contradicts no more than that.
         most = limit("clocks-contradict.times")
-        if any(1 / most < stated / fps < most for fps in (shown, self.video.fps, rate(self.video.time_s))):
+        rates = (shown, self.video.fps, rate(self.video.time_s))
+        if any(1 / most < stated / each < most for each in rates):
             return []
         return [notice("clocks-contradict", shown_fps=shown, stated_fps=stated, times=shown / stated)]
 
 
-def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
+def _numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
     """Poses without frame numbers with those of the 2D file. InputError where it has another number of rows."""
     if len(poses) != len(keypoints):
         raise InputError(
@@ -208,10 +201,10 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
 
 
 def numbered_by_times(video: Video, poses: PoseSequence) -> PoseSequence:
-    """The poses with the numbers of the video's frames at their own times, where they have times and no numbers, each
-    is within half an interval of one frame, and they last about as long as the video: a part's own clock may begin
-    anew. A phone's video lacks images, which numbers counted by times would count."""
-    if poses.frames_known or poses.time_s is None or len(video.time_s) < 2:
+    """Poses without numbers with those of the video's frames at their own times, where they have times, each is within
+    half an interval of one frame, and they last about as long as the video: a part's own clock may begin anew. A
+    phone's video lacks images, which numbers counted by times would count."""
+    if poses.time_s is None or len(video.time_s) < 2:
         return poses
     numbers = nearest_row(video.time_s, poses.time_s)
     off = np.abs(video.time_s[numbers] - poses.time_s)
@@ -253,18 +246,6 @@ def part_of(sequence: PoseSequence, time_range: tuple[float, float]) -> PoseSequ
     start, end = time_range
     span = {"from_s": start, "to_s": end if np.isfinite(end) else "end"}
     return sequence.rows(first, last + 1).noted("time range", **span)
-
-
-def coverage(lead: Rows, video: Video | None) -> list[Notice]:
-    """A note when the data end well before the video does, or the part of it that was asked for."""
-    if lead is None or video is None:
-        return []
-    begin, end = video.span
-    first, last = lead.frame_index[[0, -1]]
-    if last >= begin + limit("part-only.share") * (end - begin):
-        return []
-    part = f"The data cover video frames {first} to {last}"
-    return [notice("part-only", part=part, whole=how_many(len(video.time_s), "frame"))]
 
 
 def span_of(start: float, end: float) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.limits import limit
 from ..core.messages import how_many
 from ..core.notices import Notice, notice, without_doubles
 from ..core.pose import PoseSequence
@@ -20,7 +21,7 @@ from .bounds import check_times
 from .choose import RANKS, choose_detected, choose_person, listed_people
 from .exchanged import treated
 from .findings import UNNUMBERED, findings_of
-from .join import Files, Rows, coverage, part_of, rows_within, span_of
+from .join import Files, Rows, part_of, rows_within, span_of
 from .load import Source, load, read_video
 from .settings import RunOptions
 from .together import together
@@ -33,20 +34,19 @@ def open_take(options: RunOptions) -> Take:
     keypoints.
     """
     files = _read(options)
-    poses = keypoints = None
+    person = track = None
     if files.poses is not None:
-        person = options.person if len(files.poses.people) > 1 else None
-        chosen = choose_person(files.poses.people, person, str(files.poses.path))
-        poses = files.poses.normalised(chosen, told=options.told)
+        asked_for = options.person if len(files.poses.people) > 1 else None
+        person = choose_person(files.poses.people, asked_for, str(files.poses.path))
     if files.keypoints is not None:
-        keypoints = files.keypoints.normalised(_track(files, files.keypoints, poses))
-    names = [rows.person for rows in (poses, keypoints) if rows is not None]
+        track = _track(files, files.keypoints, options, person)
+    names = [rows.person for rows in (person, track) if rows is not None]
     if names and options.person not in (None, *RANKS, *names):
         raise InputError(
             "name-unknown",
             f"There is no person '{options.person}' in these files, only {' and '.join(names)}.",
         )
-    return _joined(files, poses, keypoints)
+    return _joined(files, options, person, track)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,9 +88,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     for person in files.lead.people:
         frames = len(person)
         try:
-            body = poses.normalised(person, told=options.told) if poses else None
-            track = keypoints.normalised(tracks[person.person]) if keypoints else None
-            take = _joined(files, body, track)
+            take = _joined(files, options, person if poses else None, tracks.get(person.person))
             frames = len(take.rows or ())
             if frames < FEWEST_FRAMES:
                 few = f"seen in {how_many(frames, 'frame')}; at least {FEWEST_FRAMES} are needed"
@@ -132,95 +130,95 @@ def _read(options: RunOptions) -> Files:
             )
         if options.fps is None:
             check_times(video.time_s, str(video.path))
-    return Files(poses, keypoints, video, options)
+    return Files(poses, keypoints, video, options.told, options.first_frame)
 
 
-def _joined(files: Files, poses: Rows, keypoints: Rows) -> Take:
-    """One person's poses and keypoints on one clock; of a video alone neither."""
-    options, video = files.options, files.video
-    doubts, part = list[Notice](), list[Notice]()
+def _joined(files: Files, options: RunOptions, person: Rows, track: Rows) -> Take:
+    """One person's poses and keypoints on one clock; of a video alone neither. person, track: of their files."""
+    video, told = files.video, files.told
+    poses = person and files.poses and files.poses.normalised(person, told=told)
+    keypoints = track and files.keypoints and files.keypoints.normalised(track)
+    doubts, part, misfit = list[Notice](), list[Notice](), None
     if poses or keypoints:
         poses, keypoints, doubts = files.joined(poses, keypoints)
-    strange = _misfit(files, poses, keypoints)
-    source = (
-        files.poses and poses and next(each for each in files.poses.people if each.person == poses.person)
-    )
+    if poses and keypoints and poses.frame.family == "camera":
+        misfit = together(poses, keypoints, files.image_size, told.focal_px)
     if (asked := options.time_range) is not None:
         lead = poses or keypoints
-        whole = files.video_seconds if lead is None or video is not None else lead.times
+        whole = files.seconds(np.arange(len(video.time_s))) if video else lead.times if lead else None
+        assert whole is not None  # for there is a video, or a lead
         first, last = rows_within(asked, whole)
         only = f"Only {span_of(whole[first], whole[last])} was processed, as asked"
         part = [notice("part-only", part=only, whole=span_of(whole[0], whole[-1]))]
-        source = source and poses and part_of(source.with_(time_s=poses.times), asked)
+        person = person and poses and part_of(person.with_(time_s=poses.times), asked)
         poses, keypoints = (rows and part_of(rows, asked) for rows in (poses, keypoints))
         video = video and replace(video, part=(first, last))
     lead = poses or keypoints
-    poses, keypoints, changed = _without_altered(poses, source, keypoints)
-    poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
+    poses, keypoints, changed = _without_altered(poses, person, keypoints)
+    poses, keypoints, swapped, swaps = treated(poses, keypoints, told.swaps)
+    unnumbered = lead and not lead.frames_known and (video or (poses and keypoints))
     notices = (
         *part,
         *(video.doubts if video else ()),
         *doubts,
-        *_doubts(lead, keypoints, video),
-        *strange,
+        *(lead.notices if lead else ()),
+        *(keypoints.notices if keypoints else ()),
+        *([notice("not-stated", weight="warning", what=UNNUMBERED)] if unnumbered else ()),
+        *([misfit] if misfit else ()),
         *changed,
-        *coverage(lead, video),
+        *(_coverage(lead, video) if lead and video else ()),
         *swapped,
     )
+    of_people = {"poses": poses, "keypoints": keypoints}
     return Take(
         name=printable((options.video or files.lead.path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
-        findings=None if poses is None else findings_of(poses, source, swaps),
+        findings=None if poses is None or person is None else findings_of(poses, person.frame.unit, swaps),
         notices=without_doubles(notices),
-        inputs=_provenance(files, poses=poses, keypoints=keypoints),
+        inputs=tuple(entry | _whose(of_people.get(entry["role"])) for entry in files.inputs),
         session=options.session,
-        told=options.told,
+        told=told,
     )
 
 
-def _misfit(files: Files, poses: Rows, keypoints: Rows) -> list[Notice]:
-    """A notice where the keypoints show somebody else than the poses, or other frames."""
-    if poses is None or keypoints is None or poses.frame.family != "camera":
+def _whose(rows: Rows) -> dict[str, Any]:
+    """Whom a file's rows show, and what was done to them; of a video nothing."""
+    return {"person": rows.person, "history": [asdict(step) for step in rows.history]} if rows else {}
+
+
+def _coverage(lead: PoseSequence, video: Video) -> list[Notice]:
+    """A note when the data end well before the video does, or the part of it that was asked for."""
+    begin, end = video.span
+    first, last = lead.frame_index[[0, -1]]
+    if last >= begin + limit("part-only.share") * (end - begin):
         return []
-    fit = together(poses, keypoints, files.image_size, files.options.focal)
-    misfit = fit and fit.notice()
-    return [misfit] if misfit else []
+    part = f"The data cover video frames {first} to {last}"
+    return [notice("part-only", part=part, whole=how_many(len(video.time_s), "frame"))]
 
 
-def _provenance(files: Files, **people: Rows) -> tuple[dict[str, Any], ...]:
-    """The files, and of those of people whom it is and what was done to them."""
-    return tuple(
-        entry | {"person": rows.person, "history": [asdict(step) for step in rows.history]}
-        if (rows := people.get(entry["role"]))
-        else entry
-        for entry in files.inputs
-    )
-
-
-def _without_altered(poses: Rows, source: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
+def _without_altered(poses: Rows, person: Rows, keypoints: Rows) -> tuple[Rows, Rows, list[Notice]]:
     """Poses and keypoints without joints that nobody saw, and what is said of that and of keypoints that were altered;
-    of poses the findings tell the latter. source: the poses as the adapter gives them, where lines are straight."""
+    of poses the findings tell the latter. person: the poses as the adapter gives them, where lines are straight."""
     said: list[Notice] = []
     if keypoints is not None:
         hidden, notices = altered(keypoints)
         keypoints = without_altered(keypoints, hidden)
         said = [*notices, *alterations(keypoints)]
-    if poses is not None and source is not None and len(source) == len(poses):
-        hidden, notices = altered(source)
+    if poses is not None and person is not None:
+        hidden, notices = altered(person)
+        common = [name for name in poses.layout.joints if name in person.layout]
         mask = np.zeros(poses.joints.shape[:2], dtype=bool)
-        for joint, name in enumerate(poses.layout.joints):
-            if name in source.layout:
-                mask[:, joint] = hidden[:, source.layout.index(name)]
+        mask[:, poses.layout.indices(common)] = hidden[:, person.layout.indices(common)]
         poses, said = without_altered(poses, mask), [*said, *notices]
     return poses, keypoints, said
 
 
-def _track(files: Files, file: Source, poses: Rows) -> PoseSequence:
+def _track(files: Files, file: Source, options: RunOptions, poses: Rows) -> PoseSequence:
     """The track of a file of keypoints that is named or alone, or as long as the poses where these have no numbers."""
-    options, where = files.options, str(file.path)
-    tracks = file.people if poses is not None else _tracks(files, file)
+    where = str(file.path)
+    tracks = file.people if poses is not None else _tracks(files, file, options)
     person = options.person if len(tracks) > 1 else None
     if options.keypoints_person is not None:
         return choose_person(tracks, options.keypoints_person, where)
@@ -250,21 +248,12 @@ def _track(files: Files, file: Source, poses: Rows) -> PoseSequence:
     return choose_person(tracks, person, where)
 
 
-def _tracks(files: Files, file: Source) -> tuple[PoseSequence, ...]:
+def _tracks(files: Files, file: Source, options: RunOptions) -> tuple[PoseSequence, ...]:
     """The tracks of a file of keypoints; those of one person as one where a video's images show it, and nobody is asked
     for by a name of the file."""
-    video, options = files.video, files.options
+    video = files.video
     asked_for = options.keypoints_person or options.person
     if video is None or options.first_frame is not None or asked_for not in (None, *RANKS):
         return file.people
     within = all(track.frames_known and track.frame_index[-1] < len(video.time_s) for track in file.people)
     return rejoined(file.people, video) if within else file.people
-
-
-def _doubts(lead: Rows, keypoints: Rows, video: Video | None) -> list[Notice]:
-    """Warnings about data that should not be believed as they are. keypoints: the lead, or those beside it."""
-    said = [each for rows in (lead, keypoints) if rows for each in rows.notices]
-    beside = video is not None or (keypoints is not None and keypoints is not lead)
-    if lead is not None and beside and not lead.frames_known:
-        said.append(notice("not-stated", weight="warning", what=UNNUMBERED))
-    return said

@@ -8,7 +8,6 @@ rate. A numbering that is right betters every part of a take; by chance one bett
 from __future__ import annotations
 
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,36 +26,15 @@ RATES = sorted({a / b for a in _USUAL_RATES for b in _USUAL_RATES})  # of one vi
 _FAR_SIZE, _FAR_PX = (200_000, 200_000), 1e6
 
 
-class Fit(NamedTuple):
-    """off: median distance of joints from the rays of their keypoints, in statures, as numbered. best: the same where
-    the poses' numbers grow `rate` times as fast and the first is `lag` frames later, if the poses belong there; None
-    if they do not. most: how far off poses may be that are of the same frames."""
-
-    off: float
-    best: float | None
-    lag: int
-    rate: float
-    most: float
-
-    def notice(self) -> Notice | None:
-        """What is said where they are not of the same frames or person; None where they are."""
-        if self.best is None and self.off <= self.most:
-            return None
-        how = f"{abs(self.lag)} frames {'later' if self.lag > 0 else 'earlier'} they fit"
-        if self.rate != 1:
-            how = f"with numbers that grow {self.rate:.3g} times as fast they fit"
-        how = "" if self.best is None else f"; {how} within {100 * self.best:.1f} %"
-        return notice("keypoints-not-of-poses", off_percent=100 * self.off, how=how)
-
-
 def together(
     poses: PoseSequence,
     keypoints: PoseSequence,
     image_size: tuple[int, int] | None,
     focal_px: float | None = None,
-) -> Fit | None:
-    """How well poses, H36M17 in CAMERA axes, belong to keypoints of the same frame numbers. None where nothing tells:
-    for too few frames or joints in common. InputError for poses in other axes."""
+) -> Notice | None:
+    """What is said where poses, H36M17 in CAMERA axes, and keypoints of the same frame numbers are not of the same
+    frames or person, with the shift or the rate by which they would be; None where they are, and where nothing tells:
+    for too few frames or joints in common."""
     stature = implied_stature(poses.joints)
     if not stature > 0:
         return None
@@ -87,8 +65,13 @@ def together(
     elsewhere = (abs(lag) > 1 or rate != 1) and better and _throughout(by_way[0, 1.0] - by_way[lag, rate])
     usual = limit("keypoints-not-of-poses.off" if image_size else "keypoints-not-of-poses.off-unsized")
     anybodys = _median(off_at(np.roll(at, len(at) // 2)))  # of the keypoints half a take later
-    most_off = max(usual, limit("keypoints-not-of-poses.anybodys") * anybodys)
-    return Fit(off, least if elsewhere else None, lag, rate, most_off)
+    if not elsewhere and off <= max(usual, limit("keypoints-not-of-poses.anybodys") * anybodys):
+        return None
+    how = f"{abs(lag)} frames {'later' if lag > 0 else 'earlier'} they fit"
+    if rate != 1:
+        how = f"with numbers that grow {rate:.3g} times as fast they fit"
+    how = f"; {how} within {100 * least:.1f} %" if elsewhere else ""
+    return notice("keypoints-not-of-poses", off_percent=100 * off, how=how)
 
 
 def _throughout(gain: np.ndarray) -> bool:

@@ -92,8 +92,8 @@ def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
     where a run keeps what it has detected, None if it detects nothing."""
     if checkpoint is not None and checkpoint.is_file() and not resumed:
         kept = (
-            f"an interrupted run left its work in {checkpoint}, which this run replaces after about a minute; "
-            "--resume continues from there"
+            f"an interrupted run left its work in {checkpoint}, which this run replaces once it has found "
+            "somebody; --resume continues from there"
         )
         say("note", kept)
     try:

@@ -89,10 +89,7 @@ def run_people(
                 f"{flag_of(name)} is for one person, and the run is for everybody: leave it out, or run one --person "
                 "at a time.",
             )
-    recipe = _checked(planned(options, recipe))
-    recipe = _resumed(recipe, output) if resume else recipe
-    kept = checkpoint_of(output)
-    recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
+    recipe, kept = _kept(planned(options, recipe), output, resume, everybody), checkpoint_of(output)
     with whole_folder(output, force, inputs_of(options, recipe)) as folder:
         if recipe.has("record"):
             _require_space_of_video(folder, options)
@@ -166,15 +163,17 @@ def _list(runs: Sequence[Person], folder: Path) -> None:
     people, left_out = [], []
     for run in runs:
         whose = {"person": run.name, "frames": run.frames}
-        if run.take is not None and run.take.rows is not None:
-            sign(folder / run.folder)
-            first, last = run.take.rows.frame_index[[0, -1]].tolist()
-            level = run.take.rectified
-            whose |= {"folder": run.folder, "first_frame": first, "last_frame": last}
-            whose |= {"level_ok": level is not None and level.level_ok}
-            people.append({**whose, "warnings": sum(each.warns for each in run.take.said)})
-        elif run.refusal is not None:
+        if run.refusal is not None:
             left_out.append({**whose, "code": run.refusal.code, "reason": str(run.refusal)})
+            continue
+        assert run.take is not None
+        assert run.take.rows is not None  # for `open_people` refuses who is hardly seen
+        sign(folder / run.folder)
+        first, last = run.take.rows.frame_index[[0, -1]].tolist()
+        level = run.take.rectified
+        whose |= {"folder": run.folder, "first_frame": first, "last_frame": last}
+        whose |= {"level_ok": level is not None and level.level_ok}
+        people.append({**whose, "warnings": sum(each.warns for each in run.take.said)})
     if not people:
         reasons = "; ".join(f"{each['person']}: {each['reason'].rstrip('.')}" for each in left_out)
         raise InputError("nothing-usable", f"There is no person to process: {reasons}.")
@@ -226,28 +225,26 @@ def _frame_rate(take: Take) -> float:
     return rate(video.time_s[first : last + 1]) if fps is None else fps
 
 
-def _resumed(recipe: Recipe, output: Path) -> Recipe:
-    """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
-    if not recipe.has("detect"):
-        raise InputError(
-            "option-conflict", "--resume is for the stage 'detect', which this run does not have."
-        )
-    left = next(filter(Path.is_file, (checkpoint_of(output), output / KEYPOINTS)), None)
-    if left is None:
-        raise InputError(
-            "option-conflict", f"There is no interrupted run in {output} to continue; leave --resume out."
-        )
-    return recipe.with_options("detect", resume=left)
-
-
-def _checked(recipe: Recipe) -> Recipe:
+def _kept(recipe: Recipe, output: Path, resume: bool, everybody: bool) -> Recipe:
+    """The recipe whose detection is kept beside the run's folder; with `resume` it goes on from what an interrupted run
+    left there or in the folder. InputError where nothing is left, and for a recipe that says itself where files go."""
     for entry in recipe.stages:
         if entry.use in _AIMED and entry.options.keys() & {"folder", "checkpoint", "everybody"}:
             raise InputError(
                 "option-conflict",
                 f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",
             )
-    return recipe
+    kept = checkpoint_of(output)
+    recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
+    if not resume:
+        return recipe
+    left = next(filter(Path.is_file, (kept, output / KEYPOINTS)), None)
+    if left is None or not recipe.has("detect"):
+        raise InputError(
+            "option-conflict",
+            f"There is no interrupted run in {output} whose detection this one could continue; leave --resume out.",
+        )
+    return recipe.with_options("detect", resume=left)
 
 
 def _aimed(recipe: Recipe, folder: Path) -> Recipe:

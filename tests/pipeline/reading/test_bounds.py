@@ -1,13 +1,17 @@
 """Bounds at the door: times, rates and sizes that no recording of a person has."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from golden.bodies import Person
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Told
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.reading.bounds import check_image_size, check_size, check_times
+from pcnet3d.pipeline.reading.bounds import check_size, check_times, image_size_doubts
+from pcnet3d.pipeline.reading.join import Files
+from pcnet3d.pipeline.reading.load import Source
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from refusals import refused
@@ -48,11 +52,15 @@ def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
     points = rng.uniform((200, 70), (600, 470), (30, 17, 2))
     seen = np.full((30, 17), 0.9)
     keypoints = PoseSequence(points, H36M17, IMAGE, seen)
-    assert check_image_size(keypoints, (640, 360)).code == "image-size-doubtful"
-    assert check_image_size(keypoints, (854, 480)) is None
-    assert check_image_size(keypoints, None) is None
+    (doubt,) = image_size_doubts(keypoints, (640, 360))
+    assert doubt.code == "image-size-doubtful"
     hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
-    assert check_image_size(hardly, (640, 360)) is None
+    for rows, size in ((keypoints, (854, 480)), (keypoints, None), (hardly, (640, 360))):
+        assert image_size_doubts(rows, size) == []
+    files = Files(
+        None, Source(Path("a"), "", (keypoints,), "a"), None, Told(fps=30, image_size=(640, 360)), None
+    )
+    assert files.joined(None, keypoints)[2] == [doubt]
 
 
 def test_a_size_that_most_keypoints_exceed_is_refused_with_the_smallest_that_fits():
@@ -61,8 +69,8 @@ def test_a_size_that_most_keypoints_exceed_is_refused_with_the_smallest_that_fit
     points[0, 0] = 599.5, 469.5
     keypoints = PoseSequence(points, H36M17, IMAGE, np.full((30, 17), 0.9))
     with refused("bad-value", "320x240", "600x470"):
-        check_image_size(keypoints, (320, 240))
-    check_image_size(keypoints, (600, 470))
+        image_size_doubts(keypoints, (320, 240))
+    image_size_doubts(keypoints, (600, 470))
 
 
 TOLD = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}

@@ -207,8 +207,8 @@ def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
         pixels[:, legs, 1] = camera.height - 1 if cut == "bottom" else pixels[:, legs[:1], 1] - 60
         scores[:, legs] = score
     track = PoseSequence(pixels, H36M17, IMAGE, scores, frame_index=poses.frame_index)
-    fit = together(poses, track, (camera.width, camera.height))
-    assert bool(fit.notice()) == (cut == "guessed" and score == 0.6)
+    said = together(poses, track, (camera.width, camera.height))
+    assert bool(said) == (cut == "guessed" and score == 0.6)
 
 
 def test_keypoints_go_with_the_person_of_the_same_name_where_the_file_names_them(scene, tmp_path):

@@ -1,12 +1,18 @@
 """The options of a run: what each becomes, and what is refused in them."""
 
 import re
+import sys
+from contextlib import suppress
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
 
+from commands import recipe_of
+from golden.detections import drawn_tracks
 from pcnet3d.pipeline import InputError, Told, load_recipe
+from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.settings import TOLD, RunOptions, flag_of
 from pcnet3d.pipeline.running.plan import HEEDED_BY_READING, planned
@@ -181,3 +187,38 @@ def test_the_session_is_what_is_told_of_it():
     for wrong in ("31.3.2026", "2026-02-30", "today"):
         with pytest.raises(InputError, match=f"--set read.date=YYYY-MM-DD.*'{wrong}'"):
             RunOptions(date=wrong)
+
+
+def test_a_runs_options_pass_through_20_functions_at_most(mmpose, tmp_path, monkeypatch):
+    """Named functions of ours, from the command line on, that are given the options or what holds them."""
+    passed: set[str] = set()
+
+    def called(frame: FrameType, event: str, _: object) -> None:
+        code = frame.f_code
+        if event == "call" and "/site-packages/" not in code.co_filename and not code.co_name.startswith("<"):
+            given = [*frame.f_locals.values()]
+            held = [each for value in given for each in _held(value)]
+            if any(isinstance(value, RunOptions) for value in (*given, *held)):
+                passed.add(code.co_qualname)
+
+    recipe = recipe_of(tmp_path / "short.toml", "clean", "scale", "rectify", "trajectories", "export")
+    keypoints = drawn_tracks(tmp_path / "tracks.json", {0: range(90)})
+    words = ["--poses", mmpose(), "--keypoints", keypoints, "--person", 0, "--fps", 30, "--time-range", "0:2"]
+    words += ["--recipe", recipe, "--set", "rectify.rectifier=geometric", "-o", tmp_path / "out"]
+    monkeypatch.setattr("sys.argv", ["pcnet3d", "run", *map(str, words)])
+    sys.setprofile(called)
+    try:
+        with suppress(SystemExit):
+            main()
+    finally:
+        sys.setprofile(None)
+    assert (tmp_path / "out" / "summary.json").is_file()
+    assert len(passed) <= 20, f"{len(passed)}: {sorted(passed)}"
+
+
+def _held(value: object) -> list[object]:
+    """The attributes of an object, without asking the object itself."""
+    try:
+        return [*object.__getattribute__(value, "__dict__").values()]
+    except AttributeError:
+        return []
