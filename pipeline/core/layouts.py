@@ -1,13 +1,12 @@
-"""Joint layouts as data: names, bones, mirror pairs, and how to get from one to another by name.
-
-Joint orders: formats.md section 1 (orders A, B, C), section 7.3 (MPI-INF-3DHP). "l_" and "r_" are the
-person's own left and right.
-"""
+"""Joint layouts as data: names (layouts.toml), bones, mirror pairs, and how to get from one to another by name. "l_"
+and "r_" are the person's own left and right."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -108,96 +107,15 @@ def _limb(side: str, *parts: str) -> tuple[str, ...]:
 
 # Of one side, from the trunk outwards.
 LEG, ARM, _FOOT = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"), ("big_toe", "small_toe", "heel")
-_R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *LEG), _limb("l", *LEG), _limb("r", *ARM), _limb("l", *ARM)
-_BOTH_FEET = (*_limb("l", *_FOOT), *_limb("r", *_FOOT))
 TRUNK_CORNERS = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
-LIMBS = (*_R_LEG, *_R_ARM, *_L_LEG, *_L_ARM)
-_TRUNK = ("spine", "thorax", "nose", "head")
-_COCO = (
-    "nose", "l_eye", "r_eye", "l_ear", "r_ear", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow",
-    "l_wrist", "r_wrist", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle",
-)  # fmt: skip
+LIMBS = tuple(joint for side in "rl" for joint in (*_limb(side, *LEG), *_limb(side, *ARM)))
 
-H36M17 = Layout("H36M17", ("pelvis", *_R_LEG, *_L_LEG, *_TRUNK, *_L_ARM, *_R_ARM))  # order A, THE layout
-# SPIN/HMR: legs exchanged.
-H36M17_B = Layout("H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R_ARM))
-# 3DPCNet's printed names.
-H36M17_C = Layout("H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM))
-COCO17 = Layout("COCO17", _COCO)
-COCO18 = Layout("COCO18", (*_COCO, "neck"))  # of trt_pose and others
-HALPE26 = Layout(
-    "HALPE26",
-    (*_COCO, "head_top", "neck", "pelvis", *(f"{side}_{part}" for part in _FOOT for side in "lr")),
-)
-OPENPOSE18 = Layout(
-    "OPENPOSE18", ("nose", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear")
-)
-BODY_25 = Layout(
-    "BODY_25",
-    ("nose", "neck", *_R_ARM, *_L_ARM, "pelvis", *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear",
-     *_BOTH_FEET),
-)  # fmt: skip
-# Its upper neck is where the skull begins, well above the shoulders: no thorax.
-BODY_25B = Layout("BODY_25B", (*_COCO, "upper_neck", "head_top", *_BOTH_FEET))
-BLAZEPOSE33 = Layout(
-    "BLAZEPOSE33",
-    ("nose", "l_eye_inner", "l_eye", "l_eye_outer", "r_eye_inner", "r_eye", "r_eye_outer", "l_ear", "r_ear",
-     "l_mouth", "r_mouth", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist",
-     "l_pinky", "r_pinky", "l_index", "r_index", "l_thumb", "r_thumb", "l_hip", "r_hip", "l_knee", "r_knee",
-     "l_ankle", "r_ankle", "l_heel", "r_heel", "l_foot_index", "r_foot_index"),
-)  # fmt: skip
-# The body and the feet of COCO-WholeBody, the first 23 of its 133 points.
-COCO23 = Layout("COCO23", (*_COCO, *_BOTH_FEET))
-MPI3DHP17 = Layout(
-    "MPI3DHP17", ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre")
-)
-
-
-def _digits(side: str, *parts: str) -> tuple[str, ...]:
-    fingers = ("thumb", "index", "middle", "ring", "pinky")
-    return tuple(f"{side}_{finger}_{part}" for finger in fingers for part in parts)
-
-
-_MHR_FINGER = ("tip", "first", "second", "third")
-# The first 70 of the 308 keypoints of Meta's Momentum Human Rig: SAM 3D Body, InstantHMR.
-MHR70 = Layout(
-    "MHR70",
-    (*_COCO[:9], *_COCO[11:], *_BOTH_FEET,
-     *_digits("r", *_MHR_FINGER), "r_wrist", *_digits("l", *_MHR_FINGER), "l_wrist",
-     *(f"{side}_{part}" for part in ("olecranon", "cubital_fossa", "acromion") for side in "lr"), "neck"),
-)  # fmt: skip
-
-
-def _soma_hand(side: str) -> tuple[str, ...]:
-    thumb = tuple(f"{side}_thumb_{part}" for part in ("1", "2", "3", "end"))
-    others = (name for name in _digits(side, "1", "2", "3", "4", "end") if "thumb" not in name)
-    return (*thumb, *others)
-
-
-# The joints of NVIDIA's SOMA: GEM-X, Kimodo. Its "skull" is the joint between neck and head; it has no heels.
-SOMA77 = Layout(
-    "SOMA77",
-    ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "head_top", "jaw", "l_eye", "r_eye",
-     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *ARM), *_soma_hand(side))),
-     *(name for side in "lr" for name in (*_limb(side, *LEG), f"{side}_toe_base", f"{side}_toe_end"))),
-)  # fmt: skip
-
-# The same with fewer joints, as Kimodo's first examples have it: no top of the head, and two points a hand.
-SOMA30 = Layout(
-    "SOMA30",
-    ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "jaw", "l_eye", "r_eye",
-     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *ARM),
-                                            f"{side}_thumb_end", f"{side}_middle_end")),
-     *(name for side in "lr" for name in (*_limb(side, *LEG), f"{side}_toe_base"))),
-)  # fmt: skip
-
-LAYOUTS = {
-    layout.name: layout
-    for layout in (
-        H36M17, H36M17_B, H36M17_C, COCO17, COCO18, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
-        MPI3DHP17, MHR70, SOMA30, SOMA77,
-    )
-}  # fmt: skip
+_ORDERS = tomllib.loads(Path(__file__).with_name("layouts.toml").read_text(encoding="utf-8"))
+LAYOUTS = {name: Layout(name, tuple(joints.split())) for name, joints in _ORDERS.items()}
+(
+    H36M17, H36M17_B, H36M17_C, COCO17, COCO18, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33, MPI3DHP17,
+    MHR70, SOMA30, SOMA77,
+) = LAYOUTS.values()  # fmt: skip
 
 # The orders of joints in 2D, by their number; of one number the more usual first.
 IN_2D = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPOSE33, MHR70)
