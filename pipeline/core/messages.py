@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 _STYLES = {
     "warning": "bold yellow",
@@ -25,6 +25,12 @@ def how_many(count: int, one: str, more: str = "") -> str:
     """A count in a sentence: how_many(1, "row") is "1 row", and of 2 "2 rows". more: the words behind any other
     count, where they are not `one` with an s."""
     return f"{count} {one if count == 1 else more or one + 's'}"
+
+
+def first_few(values: Iterable[object], most: int = 5) -> str:
+    """The first of them for a sentence: "3, 5, 7, 9, 11, ..."."""
+    texts = [str(value) for value in values]
+    return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
 
 
 def rate_in_words(fps: float, before: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import layout_named
-from ..core.messages import how_many
+from ..core.messages import first_few, how_many
 from ..core.notices import Notice, Weight, notice
 from ..core.pose import MadeBy, PoseSequence
 from .arrays import load_all, write_arrays
@@ -22,7 +21,6 @@ _NUMBERS = {  # dimensions, kind of dtype
     "box": (2, "f"), "cuts": (1, "i"), "frames": (0, "i"), "frames_seen": (0, "i"),
     "damaged": (1, "i"), "repeated": (1, "i"), "change": (1, "f"),
 }  # fmt: skip
-_LISTED = 5  # frames or people named in a sentence
 _MOST = 0.5  # where more repeat, as of 10 frames a second in 30, accelerations were up to twice too high
 _FROZEN = 12  # images in a row that are told as one that stands still
 MOVES = 12.0  # grey values of `change`: a key frame leaves a still scene as it is within that
@@ -66,10 +64,10 @@ class Detections:
         """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
         doubts = self._hardly_anybody(person)
         if len(self.cuts):
-            doubts.append(notice("scene-changes", count=len(self.cuts), frames=listed(self.cuts)))
+            doubts.append(notice("scene-changes", count=len(self.cuts), frames=first_few(self.cuts)))
         if len(self.damaged):
             doubts.append(
-                notice("video-damaged", damage=f"The video is damaged at frame {listed(self.damaged)}")
+                notice("video-damaged", damage=f"The video is damaged at frame {first_few(self.damaged)}")
             )
         return doubts + self._repeats(person)
 
@@ -86,7 +84,7 @@ class Detections:
         if frozen:
             still = np.concatenate(frozen)
             weight: Weight = "suspicious" if len(still) > _MOST * (last + 1 - first) else "warning"
-            spans = listed([f"{run[0] - 1} to {run[-1]}" for run in frozen])
+            spans = first_few([f"{run[0] - 1} to {run[-1]}" for run in frozen])
             return [
                 notice("images-frozen", weight=weight, frames=spans),
                 *replace(self, repeated=np.setdiff1d(self.repeated, still))._repeats(person),
@@ -104,7 +102,7 @@ class Detections:
                 weight=weight,
                 repeated=len(repeated),
                 of=compared,
-                where=f"at frame {listed(spans)}",
+                where=f"at frame {first_few(spans)}",
             )
         ]
 
@@ -182,8 +180,3 @@ def load_detections(path: Path) -> Detections:
             "file-damaged", f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}."
         ) from None
     return Detections(**content)
-
-
-def listed(frames: Sequence[object] | np.ndarray) -> str:
-    """The first five frames or people for a sentence, of a list or an array (N,)."""
-    return ", ".join(map(str, frames[:_LISTED])) + (", ..." if len(frames) > _LISTED else "")

@@ -10,11 +10,11 @@ import numpy as np
 
 from ..core.layouts import LIMBS
 from ..core.limits import limit
+from ..core.messages import first_few
 from ..core.notices import notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import Video
-from ..files.detections import listed
 from ..files.video_frames import images_at
 from .tracker import LARGER, PACE, REACH, extent
 
@@ -69,7 +69,7 @@ def joined(tracks: Sequence[PoseSequence], names: dict[str, str]) -> tuple[PoseS
             }
             again = [track.person for track in later]
             first = first.with_(**rows).noted("join tracks", again=again)
-            first = first.saying(notice("joined-again", person=name, again=listed(again)))
+            first = first.saying(notice("joined-again", person=name, again=first_few(again)))
         people.append(first)
     return tuple(people)
 

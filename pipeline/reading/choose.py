@@ -8,11 +8,11 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.limits import limit
-from ..core.messages import how_many
+from ..core.messages import first_few, how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate
-from ..files.detections import FEWEST_FRAMES, listed
+from ..files.detections import FEWEST_FRAMES
 from .tracker import steps
 
 
@@ -60,7 +60,7 @@ def _beside(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> PoseSeque
     if not others:
         return chosen
     tracks = [f"{other.person} ({_when(other)})" for other in others]
-    values = {"others": len(others), "listed": listed(tracks), "person": chosen.person}
+    values = {"others": len(others), "listed": first_few(tracks), "person": chosen.person}
     return chosen.saying(notice("person-chosen", **values))
 
 

@@ -11,6 +11,7 @@ from ..core.anthropometry import LIMBS, STATURES_M, implied_stature
 from ..core.figures import label_of
 from ..core.layouts import H36M17
 from ..core.limits import limit
+from ..core.messages import first_few
 from ..core.notices import Notice, Weight, notice
 from ..core.pose import PoseSequence
 from ..signals.altered import alterations, weighed
@@ -217,5 +218,5 @@ def _leaps(poses: PoseSequence) -> list[Notice]:
 
 
 def _seams(poses: PoseSequence) -> list[Notice]:
-    listed = ", ".join(map(str, poses.seams[:5])) + (", ..." if len(poses.seams) > 5 else "")
-    return [notice("seam", weight="note", where=f"at row {listed}")] if poses.seams else []
+    where = f"at row {first_few(poses.seams)}"
+    return [notice("seam", weight="note", where=where)] if poses.seams else []

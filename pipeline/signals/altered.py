@@ -19,6 +19,7 @@ from ..core.anthropometry import trunk_length
 from ..core.figures import label_of
 from ..core.layouts import ARM, COCO17, LEG, LIMBS, TRUNK_CORNERS, Layout
 from ..core.limits import limit
+from ..core.messages import first_few
 from ..core.notices import Notice, Weight, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm, rotate
@@ -397,4 +398,4 @@ def _listed(layout: Layout, unseen: np.ndarray) -> str:
     """Joints by how many rows of unseen (T, J) are theirs, the most first."""
     counts = {name: int(rows.sum()) for name, rows in zip(layout.joints, unseen.T, strict=True) if rows.any()}
     names = sorted(counts, key=lambda name: -counts[name])
-    return ", ".join(map(label_of, names[:3])) + (", ..." if len(names) > 3 else "")
+    return first_few(map(label_of, names), most=3)

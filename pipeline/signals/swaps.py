@@ -25,6 +25,7 @@ from ..core.blocks import blocks
 from ..core.frames import CAMERA
 from ..core.layouts import ARM, LEG, TRUNK_CORNERS, Layout
 from ..core.limits import limit
+from ..core.messages import first_few
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import norm
@@ -32,8 +33,7 @@ from ..core.take import Swaps
 from .checks import handedness_cues, without_made_nose
 from .filters import breaks, stretches
 
-# Of each limb, from the trunk outwards, and what goes with its end: exchanged ankles take heels and toes along.
-_PARTS = {"leg": LEG, "arm": ARM}
+# What goes with a limb's end: exchanged ankles take heels and toes along.
 _WITH_END = {"ankle": ("big_toe", "small_toe", "heel", "foot_index"), "wrist": ("pinky", "index", "thumb")}
 # Of a pair that is exchanged by itself, the joints that show it: the two knees lie apart in much the same direction as
 # the two ankles, elbows as wrists.
@@ -41,6 +41,17 @@ _BESIDE = {"knee": "ankle", "ankle": "knee", "elbow": "wrist", "wrist": "elbow"}
 _LOOKED_AT = 1024  # rows whose states are compared at once
 _MOST_RANGES = 8  # named of one kind
 How = Literal["limbs", "alone", "on one"]
+# Of each way to be wrong, what is exchanged or on one: limb, and its joints from the trunk outwards.
+_WAYS: dict[How, dict[str, tuple[str, tuple[str, ...]]]] = {
+    "limbs": {"legs exchanged": ("leg", LEG), "arms exchanged": ("arm", ARM)},
+    "alone": {
+        "knees exchanged": ("leg", ("knee",)),
+        "ankles exchanged": ("leg", ("ankle",)),
+        "elbows exchanged": ("arm", ("elbow",)),
+        "wrists exchanged": ("arm", ("wrist",)),
+    },
+    "on one": {"legs both on one": ("leg", LEG[1:]), "arms both on one": ("arm", ARM[1:])},
+}
 
 
 @dataclass(frozen=True)
@@ -85,17 +96,10 @@ def kinds(layout: Layout, how: How = "limbs") -> tuple[Kind, ...]:
     knees, ankles, elbows or wrists exchanged alone; "on one", both legs, or arms, where one is, in all their joints but
     hips and shoulders. Heels and toes go with the ankles, fingers with the wrists."""
     ways, price = [], limit("swaps.price-alone") if how == "alone" else limit("swaps.price")
-    for limb, parts in _PARTS.items():
-        named = {
-            "limbs": {f"{limb}s exchanged": parts},
-            "alone": {f"{part}s exchanged": (part,) for part in parts[1:] if f"l_{part}" in layout},
-            "on one": {f"{limb}s both on one": parts[1:]},
-        }
-        for name, of_kind in named[how].items():
-            every = [
-                each for part in of_kind for each in (part, *_WITH_END.get(part, ())) if f"l_{each}" in layout
-            ]
-            pairs = [layout.indices((f"l_{each}", f"r_{each}")) for each in every]
+    for name, (limb, parts) in _WAYS[how].items():
+        every = [each for part in parts for each in (part, *_WITH_END.get(part, ())) if f"l_{each}" in layout]
+        pairs = [layout.indices((f"l_{each}", f"r_{each}")) for each in every]
+        if how != "alone" or f"l_{parts[0]}" in layout:
             ways.append(Kind(name, np.array(pairs, dtype=int).reshape(-1, 2), limb, price))
     return tuple(ways)
 
@@ -410,9 +414,7 @@ def described(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
             span += f" {'at' if first == last else 'from'} {poses.time_s[swap.first_row]:.2f} s"
         ranges.setdefault(swap.kind, []).append(span)
     return "; ".join(
-        f"{kind} in {'frames' if len(spans) > 1 or '-' in spans[0] else 'frame'} "
-        + ", ".join(spans[:_MOST_RANGES])
-        + ", ..." * (len(spans) > _MOST_RANGES)
+        f"{kind} in {'frames' if len(spans) > 1 or '-' in spans[0] else 'frame'} {first_few(spans, _MOST_RANGES)}"
         for kind, spans in ranges.items()
     )
 
