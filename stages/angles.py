@@ -26,9 +26,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import AngleErrors, Take, in_single
-from ..pipeline.signals.angles import FINE, REASONS
+from ..pipeline.signals.angles import ALL_ANGLES, FINE, REASONS
 from ..pipeline.signals.filters import breaks
-from ..pipeline.signals.foot_angles import ALL_ANGLES
 from .lift import Lift
 
 THE_ANGLES = "the angles"  # what the notice `errors-unknown` says it of
@@ -41,7 +40,7 @@ class Angles:
     """The stage. It takes the joints that `trajectories` has filtered, and states their error where the lifter does
     (models/angle_error/joint_covariance.py).
 
-    Columns (T,) for every angle of signals.angles.ANGLES, and of signals.foot_angles.FOOT_ANGLES for poses with feet,
+    Columns (T,) for every angle of signals.angles.ANGLES, and of FOOT_ANGLES there for poses with feet,
     whose errors are unknown: `<angle>_deg`, `_sd_deg`, `_degps`, its error `_sd_degps`, and `_reason` (int8,
     signals.angles.REASONS); where that is not 0 the others are NaN. errors: a file with the errors of the lifter
     that made the poses (pcnet3d lab evaluate errors --fit); it replaces what is known of that lifter."""

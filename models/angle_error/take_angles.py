@@ -22,20 +22,23 @@ from ...pipeline.core.layouts import H36M17, Layout
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.signals.angles import (
+    ALL_ANGLES,
     ANGLES,
     EXCHANGED,
     FINE,
+    FOOT_ANGLES,
     MISSING,
     TOO_SHORT,
     UNDEFINED,
     UNSEEN,
     UNTRUSTED,
     angles,
+    foot_angles,
+    has_foot_angles,
     near,
     unwrapped,
 )
 from ...pipeline.signals.filters import CUTOFF_HZ, derivative, each_path, lowpass
-from ...pipeline.signals.foot_angles import ALL_ANGLES, FOOT_ANGLES, foot_angles, has_foot_angles
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..common.motion import agrees, steady
 from ..common.residuals import LIMBS, Residuals, stated_spread
@@ -122,7 +125,7 @@ class LiftErrors:
 
 
 def take_angles(take: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
-    """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where the layout has heels and
+    """Every angle of pipeline.signals.angles.ANGLES, and FOOT_ANGLES there where the layout has heels and
     toes. errors: None of joints that no lifter made."""
     size = np.empty(0)
     if errors is not None:

@@ -1,5 +1,5 @@
-"""Joint and segment angles that 17 joints can give: conventions and values. What each is: angles.toml; images:
-docs/angles.md.
+"""Joint and segment angles that 17 joints can give, and those of ankle and foot where the source gives heels and toes:
+conventions and values. What each is: angles.toml; images: docs/angles.md.
 
 Every angle is a function of one frame's joints in BODY (x back, y right, z up; design.md section 4). Angles between
 segments do not change when the whole body is turned; those with `needs_gravity` do.
@@ -11,6 +11,14 @@ segments do not change when the whole body is turned; those with `needs_gravity`
 - Knee and elbow flexion are signed about an axis across the limb: the mediolateral reference where the limb is nearly
   straight, the limb's own plane where it is clearly bent (_STRAIGHT). An unsigned angle of noisy joints never reads 0;
   a plain projection reads too little when the thigh or upper arm is turned about itself.
+- The foot's line runs from the heel to the middle of big and small toe, or to the big toe where the source never gives
+  a small one. BlazePose's foot index, the tip of the foot's middle, stands for the big toe.
+- Ankle dorsiflexion follows the ISB's ankle (Wu et al., J Biomech 35, 2002) in sign and plane as far as a line can: the
+  angle in the plane of shank and foot, without the rotation of the foot about itself. It is 0 where the foot's line is
+  square to the shank. Heel and toes lie at other heights with every estimator, which shifts it by a constant of some
+  degrees: compare changes.
+- Foot progression is taken against where the person faces (BODY), not against the path, which most sources do not know.
+  For somebody who walks the way they face it is the clinical angle, toe-out positive.
 """
 
 from __future__ import annotations
@@ -23,7 +31,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..core.layouts import H36M17
+from ..core.layouts import H36M17, TRUNK_CORNERS, Layout
 from ..core.limits import limit
 
 REASONS = {
@@ -71,6 +79,8 @@ def defined(part: Literal["sides", "middle", "feet"]) -> dict[str, Angle]:
 
 
 ANGLES = defined("sides") | defined("middle")
+FOOT_ANGLES = defined("feet")
+ALL_ANGLES = ANGLES | FOOT_ANGLES
 MIDLINE = tuple(name for name in ANGLES if name[1] != "_")  # those without a side
 # Change sign in a mirror.
 MIRRORED_SIGN = ("trunk_lean_frontal", "pelvis_obliquity", "thorax_pelvis_rotation")
@@ -86,7 +96,9 @@ def sides_of(both: str) -> tuple[str, ...]:
     return (both,) if both in MIDLINE else (f"r_{both}", f"l_{both}")
 
 
-OF_BOTH = tuple(dict.fromkeys(map(of_both, ANGLES)))  # names without sides
+OF_BOTH, ALL_OF_BOTH = (
+    tuple(dict.fromkeys(map(of_both, names))) for names in (ANGLES, ALL_ANGLES)
+)  # without sides
 
 
 def angles(body: np.ndarray) -> dict[str, np.ndarray]:
@@ -135,6 +147,30 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
         _dot(_cross(pelvis_forward, thorax_forward), trunk), _dot(pelvis_forward, thorax_forward)
     )
     return {name: near(degrees[name], angle.centre_deg) for name, angle in ANGLES.items()}
+
+
+def has_foot_angles(layout: Layout) -> bool:
+    """Whether it has the points that every angle of the feet needs."""
+    return all(f"{side}_{point}" in layout for side in "rl" for point in ("heel", "big_toe"))
+
+
+def foot_angles(body: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
+    """(T,) degrees by name of FOOT_ANGLES. body: (T, J, 3) in BODY. layout: one with `has_foot_angles`.
+
+    NaN where a point is missing, and the progression of a foot that stands upright. Where only the ankles matter they
+    may be in any axes.
+    """
+    at = dict(zip(layout.joints, np.moveaxis(body.astype(np.float64), (-2, -1), (0, 1)), strict=True))
+    facing = np.isfinite(sum(at[joint] for joint in TRUNK_CORNERS)).all(axis=0)
+    degrees, least = {}, np.sin(np.radians(limit("angles.foot-flat")))
+    for side, out in (("r", 1.0), ("l", -1.0)):
+        shank, big = _unit(at[f"{side}_knee"] - at[f"{side}_ankle"]), at[f"{side}_big_toe"]
+        foot = _unit((big + at.get(f"{side}_small_toe", big)) / 2 - at[f"{side}_heel"])
+        # The sine of 90 degrees less the angle between the two is their cosine.
+        degrees[f"{side}_ankle_dorsiflexion"] = _lift(_dot(shank, foot))
+        turned = np.where(np.hypot(foot[0], foot[1]) > least, _degrees(out * foot[1], -foot[0]), np.nan)
+        degrees[f"{side}_foot_progression"] = np.where(facing, turned, np.nan)
+    return degrees
 
 
 def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
@@ -215,7 +251,7 @@ def _turn(ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
 
 
 def _lift(across: np.ndarray) -> np.ndarray:
-    """(...,) degrees of a unit vector out of a plane."""
+    """(...,) degrees of a unit vector out of a plane, by its part across that."""
     return np.degrees(np.arcsin(np.clip(across, -1.0, 1.0)))
 
 

@@ -20,9 +20,8 @@ from ...pipeline.core.figures import UNITS
 from ...pipeline.core.measures import Measure, Measures, Moments, Remark
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file, write_rows
-from ...pipeline.signals.angles import near, unwrapped
+from ...pipeline.signals.angles import ALL_ANGLES, near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
-from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ..drawing.provenance import provenance
 from ..measures.cycles import POINTS
 from ..trajectories import unit_of

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...pipeline.core.measures import Curve, side_of
-from ...pipeline.signals.angles import near, unwrapped
+from ...pipeline.signals.angles import ALL_ANGLES, near, unwrapped
 from ...pipeline.signals.filters import resample
-from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .figures import FEWEST_FOR_SD
 
 POINTS = 101  # of a normalised cycle

@@ -12,8 +12,8 @@ from ...models.common.motion import Motion
 from ...models.gait.gait import NOISE, SIDES, separation
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import known_median
+from ...pipeline.signals.angles import ALL_ANGLES
 from ...pipeline.signals.filters import nearest_row
-from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .repetitions import Repetition, repetitions
 
 Spans = Sequence[tuple[float, float]]  # (begin, end) in seconds

@@ -14,9 +14,17 @@ from ...models.gait.gait import SIDES
 from ...pipeline.core.measures import SD_90, Measure, Row, side_of, withheld, within
 from ...pipeline.core.rotations import known_median
 from ...pipeline.core.take import Take
-from ...pipeline.signals.angles import ANGLES, EXCHANGED, MIDLINE, UNDEFINED, UNTRUSTED, continuous, of_both
+from ...pipeline.signals.angles import (
+    ALL_ANGLES,
+    ANGLES,
+    EXCHANGED,
+    MIDLINE,
+    UNDEFINED,
+    UNTRUSTED,
+    continuous,
+    of_both,
+)
 from ...pipeline.signals.filters import stretches
-from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.visibility import SURE_SCORE
 from .figures import basis, error_of_difference, error_of_range, symmetry, unstated_deg, with_error
 

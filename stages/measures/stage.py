@@ -14,7 +14,7 @@ from ...pipeline.core.measures import within
 from ...pipeline.core.notices import notice, verdict
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.signals.foot_angles import ALL_ANGLES
+from ...pipeline.signals.angles import ALL_ANGLES
 from .counted import counted_rows
 from .jumps import jumping, jumps, landings, without_leaps
 from .movements import MOVEMENTS, count, repeated

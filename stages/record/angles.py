@@ -10,9 +10,8 @@ from ...pipeline.core.figures import label_of
 from ...pipeline.core.measures import Moments
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
-from ...pipeline.signals.angles import MIDLINE, sides_of
+from ...pipeline.signals.angles import ALL_ANGLES, ALL_OF_BOTH, MIDLINE, sides_of
 from ...pipeline.signals.filters import nearest_row
-from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.facts import angle_bands
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour, faint
 from ..drawing.rerun_log import log_curves, time_columns

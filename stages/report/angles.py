@@ -13,8 +13,7 @@ from ...pipeline.core.measures import Measures, with_bar
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.running.sentences import spread
-from ...pipeline.signals.angles import MIDLINE, REASONS, of_both, sides_of
-from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
+from ...pipeline.signals.angles import ALL_ANGLES, ALL_OF_BOTH, MIDLINE, REASONS, of_both, sides_of
 from ..drawing.charts import BAND, SIDES, Curve, over_time, sides
 from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, figure, small, table

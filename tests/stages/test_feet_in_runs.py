@@ -14,7 +14,7 @@ from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.pipeline.core.layouts import FEET, H36M17
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.files.finished import read_run
-from pcnet3d.pipeline.signals.foot_angles import FOOT_ANGLES
+from pcnet3d.pipeline.signals.angles import FOOT_ANGLES
 
 ADDED = ("--also", "trc", "--also", "netcdf", "--also", "mot", "--set", "rectify.rectifier=geometric")
 

@@ -10,8 +10,7 @@ from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.core.layouts import FEET, body_of
 from pcnet3d.pipeline.core.rotations import transpose
-from pcnet3d.pipeline.signals.angles import FINE, MISSING, UNSEEN, UNTRUSTED
-from pcnet3d.pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles
+from pcnet3d.pipeline.signals.angles import FINE, FOOT_ANGLES, MISSING, UNSEEN, UNTRUSTED, foot_angles
 
 R_BODY_FROM_CAMERA = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]], dtype=float).T
 RIGHT = BODY_AND_FEET.indices(["r_big_toe", "r_small_toe", "r_heel"])
