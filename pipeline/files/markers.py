@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from ..core.errors import InputError, readable
+from ..core.errors import InputError, needed_for, readable
 from ..core.layouts import H36M17
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy
@@ -55,10 +54,8 @@ def by_subject(markers: Markers) -> dict[str, Markers]:
 
 def check_c3d() -> None:
     """InputError when ezc3d is not installed."""
-    if find_spec("ezc3d") is None:
-        raise InputError(
-            "needs-package", "C3D needs the package ezc3d; install it with: pip install 'pcnet3d[c3d]'."
-        )
+    with needed_for("C3D", "c3d"):
+        import ezc3d  # noqa: F401
 
 
 def read_trc(path: Path) -> Markers:

@@ -1,6 +1,7 @@
 """C3D files, read back by another package: points, clock, events, texts, and what the format cannot hold."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -101,6 +102,6 @@ def test_c3d_takes_texts_of_any_length_and_script(ezc3d, take, tmp_path):
 
 
 def test_c3d_without_its_package_is_refused_before_the_work(tmp_path, monkeypatch):
-    monkeypatch.setattr("pcnet3d.pipeline.files.markers.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
     with pytest.raises(InputError, match=r"pcnet3d\[c3d\]"):
         Export(tmp_path, also=("c3d",))
