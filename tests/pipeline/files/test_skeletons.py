@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.files.skeletons import Skeleton, h36m17_named, h36m17_of_skeleton, match, place
 
 CHAIN = Skeleton(("a", "b", "c"), (-1, 0, 1), np.array([[0, 0, 0], [0, 2, 0], [0, 1, 0]], dtype=float))
@@ -34,13 +34,6 @@ def test_bones_keep_their_length_and_a_turned_root_turns_everything():
     turned = R.copy()
     turned[:, 0] = Q @ R[:, 0]
     np.testing.assert_allclose(place(CHAIN, np.zeros((5, 3)), turned)[0], joints @ Q.T, atol=1e-12)
-
-
-def test_sliding_joints():
-    offsets = np.tile(CHAIN.offsets, (2, 1, 1))
-    offsets[1, 2] = [3, 0, 0]
-    joints, _ = place(CHAIN, np.zeros((2, 3)), np.tile(np.eye(3), (2, 3, 1, 1)), offsets)
-    np.testing.assert_allclose(joints[:, 2], [[0, 3, 0], [3, 2, 0]])
 
 
 @pytest.mark.parametrize(
@@ -96,11 +89,6 @@ def test_biped_names_with_spaces_and_a_shared_prefix():
     found = match(names)
     assert names[found["l_wrist"]] == "Bip01 L Hand"
     assert names[found["r_ankle"]] == "Bip01 R Foot"
-
-
-def test_unknown_names_are_listed():
-    with pytest.raises(InputError, match="tail"):
-        match(["root", "tail", "head"])
 
 
 def test_made_joints_of_a_t_pose():
