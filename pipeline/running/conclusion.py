@@ -75,9 +75,9 @@ def _say(takes: Mapping[str, Take]) -> int:
     if not is_verbose():
         of_codes: dict[str, Notice] = {}
         for each in chosen:
-            of_codes.setdefault(each.code, each)
-        deciding = [each for each in of_codes.values() if each.warns or each.advises]
-        chosen = sorted(deciding, key=lambda each: (not each.warns, not each.advises))[:_MOST]
+            if each.warns or each.advises:
+                of_codes.setdefault(each.code, each)
+        chosen = sorted(of_codes.values(), key=lambda each: (not each.warns, not each.advises))[:_MOST]
     for each in chosen:
         say(each.weight, f"{'' if len(whose[each]) == len(takes) else ''.join(whose[each])}{each.text}")
     return len(whose) - len(chosen)

@@ -67,6 +67,8 @@ def test_at_most_three_notices_are_said_the_gravest_and_those_to_act_on_first(sa
     err, out = said([*NOTES, WARNINGS[0]])
     assert err == ["warning: It is a.", "note: Give --focal."]  # what changes no decision is not said
     assert out[-1] == "1 more note in the report (-v)"
+    err, _ = said([notice("errors-unknown", what="it", reason=why) for why in ("so it is", "give --focal")])
+    assert err == ["note: The errors of it are not known: give --focal."]
 
 
 def test_all_are_said_with_v(said):
