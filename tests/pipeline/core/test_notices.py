@@ -21,7 +21,7 @@ from pcnet3d.pipeline.core.figures import (
     UNITS,
     WITHHELD,
 )
-from pcnet3d.pipeline.core.measures import Measure, Measures, Moments, Remark, withheld, within
+from pcnet3d.pipeline.core.measures import Measure, Measures, Moments, Remark, read_measures, withheld, within
 from pcnet3d.pipeline.core.notices import (
     About,
     Notice,
@@ -33,7 +33,6 @@ from pcnet3d.pipeline.core.notices import (
     without_doubles,
 )
 from pcnet3d.pipeline.core.take import Take
-from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.options import option_types
 from pcnet3d.pipeline.reading.find import adapters

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.core.measures import read_measures
 from pcnet3d.pipeline.running.sentences import _JOINTS, answer, headlines
 
 KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "p05_error_deg": 7.3, "p95_error_deg": 7.3}

@@ -9,8 +9,8 @@ import pytest
 from golden.waving import FPS, ROWS, WALK, exported, made
 from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline.core.measures import read_measures
 from pcnet3d.pipeline.core.notices import own_notice
-from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.markers import write_c3d
 from pcnet3d.stages.export.stage import Export

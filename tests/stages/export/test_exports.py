@@ -13,7 +13,7 @@ from golden.waving import FPS, ROWS, exported, made
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, floor_height
 from pcnet3d.pipeline.core.frames import METRES, Frame
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.core.measures import read_measures
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

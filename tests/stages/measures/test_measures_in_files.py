@@ -9,8 +9,7 @@ import pytest
 
 from pcnet3d.models.gait.gait import Stride
 from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, Take
-from pcnet3d.pipeline.core.measures import Measure, Measures, nested, withheld
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.core.measures import Measure, Measures, nested, read_measures, withheld
 from pcnet3d.stages.export.tables import Row, rows, stride_tables, write_measures, write_strides
 from pcnet3d.stages.measures.walking import peaks
 from refusals import refused

@@ -5,8 +5,8 @@ import base64
 import pytest
 from markupsafe import Markup
 
+from pcnet3d.pipeline.core.measures import read_measures
 from pcnet3d.pipeline.core.notices import notice, own_notice
-from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.stages.drawing.page import page
 from pcnet3d.stages.report.stage import report
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline.core.figures import WITHHELD
-from pcnet3d.pipeline.core.measures import Measure, Measures, half_bar
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.core.measures import Measure, Measures, half_bar, read_measures
 from pcnet3d.pipeline.signals.angles import ALL_OF_BOTH, MIDLINE
 from pcnet3d.stages.measures.stage import Measures as Stage
 from pcnet3d.stages.report.angles import range_words, ranges, sides_compared

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline.core.measures import read_measures
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.report.trust import trust
 

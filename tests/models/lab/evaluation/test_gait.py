@@ -10,7 +10,7 @@ from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
 from pcnet3d.models.lab.evaluation.judge import STRANGERS, Stated
 from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.models.lab.fits.gait_errors import widened
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.core.measures import read_measures
 
 
 def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk, monkeypatch):

@@ -9,7 +9,7 @@ from pcnet3d.models.lab.evaluation.runs import Finished
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import Take
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.core.measures import read_measures
 
 
 @pytest.fixture(params=[30.0, 60.0])
