@@ -29,7 +29,7 @@ from ...pipeline.reading.settings import OnDevice
 from ...pipeline.running.progress import counted
 from ..common import vectors
 from ..rectifier.load import load_rectifier
-from .common.metrics import OfTake
+from .common.cases import Cases
 from .evaluation.evaluate import note_look, publish, refuse_unexplained
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .evaluation.runs import EVALUATION_SETS, Sets
@@ -142,7 +142,7 @@ def trained(takes: Sequence[Take], steps: int) -> nn.ModuleDict:
     return net.eval()
 
 
-def judge_net(net: nn.ModuleDict, takes: Sequence[Take]) -> tuple[list[OfTake], list[OfTake]]:
+def judge_net(net: nn.ModuleDict, takes: Sequence[Take]) -> tuple[list[Cases], list[Cases]]:
     """Errors (rectifiers.compare) of R x + residual, and of R^T x."""
     own, back = [], []
     for take in takes:

@@ -48,17 +48,15 @@ def floors(
     from ..detector.load import load_detector
 
     load_detector(detector)  # downloaded, or refused, before the work
-    cases: dict[str, Callable[[Path], RunOptions]] = {
+    print(f"{'run':18}{'CPU s':>8}{'floor':>8}{'ratio':>8}")
+    for name, written_to in {
         "300 poses": partial(of_poses, frames=300),
         "demo with video": of_demo,
         "3 s of video": partial(of_video, seconds=3.0, detector=detector),
         f"{frames} poses": partial(of_poses, frames=frames),
-    }
-    print(f"{'run':18}{'CPU s':>8}{'floor':>8}{'ratio':>8}")
-    for name, written_to in cases.items():
+    }.items():
         with tempfile.TemporaryDirectory() as folder:
-            options = written_to(Path(folder)).with_(device=device)
-            run_s, floor_s = measured(options, Path(folder) / "out")
+            run_s, floor_s = measured(written_to(Path(folder)).with_(device=device), Path(folder) / "out")
         print(f"{name:18}{run_s:8.2f}{floor_s:8.2f}{run_s / floor_s:8.1f}", flush=True)
 
 

@@ -31,8 +31,8 @@ from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
 from . import training
+from .common.cases import Cases
 from .common.config import checked
-from .common.metrics import OfTake
 from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .mocap.clips import Clip
@@ -142,8 +142,8 @@ def split_of(clips: Sequence[Clip], tested: Set[str]) -> dict[str, list[Clip]]:
 def judge_net(deployed: Deployed, takes: Sequence[Take]) -> dict[str, Any]:
     """Figures of what a network answers, but of the pose with what the residual head made of it, which an exported
     network does not tell: in the camera's axes, canonicalised with the deployed rotation."""
-    whole: list[OfTake] = []
-    bare: list[OfTake] = []
+    whole: list[Cases] = []
+    bare: list[Cases] = []
     for take in takes:
         joints = torch.from_numpy(take.joints.astype(np.float32))
         valid = torch.ones(joints.shape[:2])

@@ -31,13 +31,14 @@ from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipp
 from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
+from ..common.cases import Cases, Row, column, quantile, weights
 from . import judge
-from .judge import Squares, Stated, by_statement, fitted, held_out, thinned
+from .judge import Squares, fitted, held_out, thinned
 from .runs import Configuration, finished
 from .statements import statements
 from .testbed import BALANCING, VIEWS
 
-Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
+Groups = Mapping[str, Sequence[Cases]]  # what takes state of one thing, by configuration
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
 _FEWEST = 15  # cases that a take counts with in a posture, half a second: of less a person would count as of minutes
 _JOINTS = ("joints in depth", "joints across")
@@ -69,73 +70,96 @@ def configurations(asked: Configuration) -> dict[str, Configuration]:
     }
 
 
-def tables(
-    asked: Configuration,
-    output: Path,
-    part: Sequence[str] | None = None,
-    fit: bool = False,
-    draws: int = 1,
-) -> dict[str, Any]:
-    """Everything the report says. part: only these configurations. draws: of cameras and detectors, by so many seeds;
-    one tells of a posture that few people take what cameras they happen to get. fit: see above. `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, needed, rms, p50, bar}. What is
-    fitted begins with the errors that takes are given, or the shipped ones. InputError for a part that there is not,
-    and one that nothing is fitted in."""
-    known = configurations(asked)
-    if unknown := [name for name in part or () if name not in known]:
+def rows(asked: Configuration) -> Iterator[Row]:
+    """("statements", statement, configuration) and ("postures", statement, posture): Cases of each take. InputError for
+    a part that there is not, and one that nothing is fitted in."""
+    known = configurations(replace(asked, errors=_begun(asked)))
+    if unknown := [name for name in asked.part if name not in known]:
         raise InputError(
             "name-unknown", f"There is no part '{unknown[0]}'; {did_you_mean(unknown[0], known)}"
         )
-    if fit and part and not {*part} & {*FITTED, RAISED}:
+    if asked.fit and asked.part and not {*asked.part} & {*FITTED, RAISED}:
         raise InputError(
             "needs-input",
             f"Expected a part that errors are fitted in with --fit: {', '.join([*FITTED, RAISED])}.",
         )
-    method = load_lifter(asked.lifter).method
-    # Other lifters than the shipped one have errors by a file alone: what is fitted begins with one.
-    begun = asked.errors or (NOISE_FILE if fit and method != shipped_noise().lifter else None)
-    cases: Cases = {}
-    for name, of in known.items():
-        if not part or name in part:
-            seeds = range(asked.seed, asked.seed + (1 if of.real else draws))
-            takes = chain.from_iterable(finished(replace(of, errors=begun, seed=seed)) for seed in seeds)
-            cases[name] = by_statement(chain.from_iterable(map(statements, takes)))
-    rows: list[dict[str, Any]] = []
-    results: dict[str, Any] = {"draws": draws, "statements": {}, "postures": {}, "strangers": {}}
-    for name, found in cases.items():
-        people = "val" if known[name].real else asked.people  # whoever else is judged
-        for statement, takes in found.items():
-            rows.append({"statement": statement, "configuration": name, "set": people, **judged(takes)})
-            bias = judge.mean(takes, lambda take: take.error)
-            results["statements"].setdefault(statement, {})[name] = {**rows[-1], "bias": bias}
-    for statement in results["statements"]:
-        apart = by_posture(_pooled(cases, statement))
-        results["postures"][statement] = {name: asdict(inside) for name, inside in apart}
-    output.mkdir(parents=True, exist_ok=True)
-    write_text(output / "errors.json", as_json(rows))
-    if fit:
-        own = {name: of for name, of in cases.items() if name in FITTED}
-        noise = read_noise(begun or NOISE_FILE)
-        noise = replace(refitted(own, noise) if own else noise, lifter=method)
-        noise, of_raised = with_raised_arms(noise, cases.get(RAISED, {}))
-        write_text(output / "joint_noise.json", noise.as_json())
-        for statement, shares in [*of_strangers(own).items(), *of_raised.items()]:
-            results["strangers"].setdefault(statement, {}).update(
-                {name: {"inside": share} for name, share in shares.items()}
-            )
-    return results
+    for name in asked.part or known:
+        how = known[name]
+        for seed in range(asked.seed, asked.seed + (1 if how.real else asked.draws)):
+            for run in finished(replace(how, seed=seed)):
+                for statement, cases in statements(run).items():
+                    yield ("statements", statement, name), cases
+                    yield from ((("postures", statement, of), part) for of, part in by_posture(cases))
 
 
-def judged(takes: Sequence[Stated]) -> dict[str, Any]:
-    """What a row says of one statement in one configuration."""
+def _begun(asked: Configuration) -> Path | None:
+    """The errors that takes are given, with which what is fitted begins; None: the shipped ones. Other lifters than the
+    shipped one have errors by a file alone."""
+    stranger = asked.fit and load_lifter(asked.lifter).method != shipped_noise().lifter
+    return asked.errors or (NOISE_FILE if stranger else None)
+
+
+def by_posture(cases: Cases) -> Iterator[tuple[str, Cases]]:
+    """(name, the cases of a take) of all, of each of POSTURES, and of slow and of fast motion, where it has _FEWEST, or
+    all of its own."""
+    bars = Cases(cases.person, {name: cases[name] for name in ("error", "half")})
+    speed = cases["speed"]
+    among = {name: cases["posture"] == number for number, name in enumerate(POSTURES)}
+    yield "all", bars
+    for name, use in {**among, "slow": speed <= FAST, "fast": speed > FAST}.items():
+        if use.sum() >= min(_FEWEST, len(cases)):
+            yield name, bars.where(use)
+
+
+def summary(takes: Sequence[Cases]) -> dict[str, Any]:
+    """What is said of one statement in one configuration, or one posture."""
+    error = column(takes, "error")
+
+    def mean(values: np.ndarray) -> float:
+        return float(np.average(values, weights=weights(takes)))
+
     shares = asdict(judge.inside(takes)).items()
     return {
         **{name: round(share, 3) if isinstance(share, float) else share for name, share in shares},
         "needed": round(judge.factor(takes), 2),
-        "rms": _short(judge.mean(takes, lambda take: take.error**2) ** 0.5),
-        "p50": _short(judge.quantile(takes, lambda take: np.abs(take.error))),
-        "bar": _short(judge.quantile(takes, lambda take: take.half)),
+        "rms": _short(mean(error**2) ** 0.5),
+        "p50": _short(quantile(takes, np.abs(error))),
+        "bar": _short(quantile(takes, column(takes, "half"))),
+        "bias": mean(error),
     }
+
+
+def further(
+    asked: Configuration,
+    output: Path,
+    values: Mapping[tuple[str, ...], Sequence[Cases]],
+    figures: Mapping[tuple[str, ...], Mapping[str, Any]],
+) -> Iterator[Row]:
+    """Write errors.json: what is said of each statement in each configuration, a row each. Where a fit is asked for
+    write joint_noise.json too: ("strangers", statement, configuration), {"inside": share}."""
+    known = configurations(asked)
+    lines: list[dict[str, Any]] = []
+    named: dict[str, dict[str, Sequence[Cases]]] = {}
+    for place, takes in values.items():
+        table, statement, name = place
+        if table == "statements":
+            people = "val" if known[name].real else asked.people  # whoever else is judged
+            lines.append({"statement": statement, "configuration": name, "set": people, **figures[place]})
+            named.setdefault(statement, {})[name] = takes
+    write_text(output / "errors.json", as_json(lines))
+    if asked.fit:
+        own = {
+            statement: {name: groups[name] for name in FITTED if name in groups}
+            for statement, groups in named.items()
+        }
+        noise = read_noise(_begun(asked) or NOISE_FILE)
+        noise = refitted(own, noise) if any(own.values()) else noise
+        noise = replace(noise, lifter=load_lifter(asked.lifter).method)
+        raised = {statement: groups[RAISED] for statement, groups in named.items() if RAISED in groups}
+        noise, of_raised = with_raised_arms(noise, raised)
+        write_text(output / "joint_noise.json", noise.as_json())
+        shares = chain(of_strangers(own), ((both, RAISED, share) for both, share in of_raised.items()))
+        yield from ((("strangers", of, name), {"inside": round(share, 3)}) for of, name, share in shares)
 
 
 def as_json(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -148,46 +172,30 @@ def _short(figure: float) -> float:
     return float(f"{figure:.3g}")
 
 
-def by_posture(takes: Sequence[Stated]) -> Iterator[tuple[str, judge.Inside]]:
-    """(name, how many are inside) of all cases, of each of POSTURES, and of slow and of fast motion, by takes that have
-    _FEWEST there, or all of theirs."""
-
-    def of(name: str, least: float, most: float) -> judge.Inside:
-        parts = [take.part((take.known[name] > least) & (take.known[name] <= most)) for take in takes]
-        pairs = zip(parts, takes, strict=True)
-        return judge.inside(
-            [part for part, take in pairs if len(part.error) >= min(_FEWEST, len(take.error))]
-        )
-
-    yield "all", judge.inside(takes)
-    for place, name in enumerate(POSTURES):
-        yield name, of("posture", place - 0.5, place + 0.5)
-    yield "slow", of("speed", -np.inf, FAST)
-    yield "fast", of("speed", FAST, np.inf)
-
-
-def refitted(cases: Cases, noise: JointNoise) -> JointNoise:
+def refitted(named: Mapping[str, Groups], noise: JointNoise) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
-    by, that hold in these configurations together."""
-    of_angles = {both: _of_angle_and_rate(cases, both) for both in dict.fromkeys(map(of_both, ANGLES))}
+    by, that hold in these configurations together. named: by statement."""
+    of_angles = {
+        both: _of_angle_and_rate(both, _pooled(named[both]), _pooled(named[f"rate of {both}"]))
+        for both in dict.fromkeys(map(of_both, ANGLES))
+    }
     parts: dict[str, Any] = {}
     for name in ANGLES:
         for part, value in of_angles[of_both(name)].items():
             parts.setdefault(part, {})[name] = value
-    joints = [take for statement in _JOINTS for take in _pooled(cases, statement)]
+    joints = [take for statement in _JOINTS for take in _pooled(named.get(statement, {}))]
     if joints:  # none of a lifter that states no error of joints
         own, focal, pitch = np.sqrt(fitted(joints, _of_turn)).tolist()
         parts["turn"] = round(own, 3), round(focal, 3), round(pitch, 4)
     return replace(noise, **parts)
 
 
-def _pooled(cases: Cases, statement: str) -> list[Stated]:
-    return [take for found in cases.values() for take in found.get(statement, ())]
+def _pooled(groups: Groups) -> list[Cases]:
+    return [*chain.from_iterable(groups.values())]
 
 
-def _of_angle_and_rate(cases: Cases, both: str) -> dict[str, Any]:
-    """What JointNoise has of an angle of both sides."""
-    takes = _pooled(cases, both)
+def _of_angle_and_rate(both: str, takes: Sequence[Cases], rates: Sequence[Cases]) -> dict[str, Any]:
+    """What JointNoise has of an angle of both sides, which these state, and of its rate."""
     knots = _knots(takes, both)
     share, *rest = np.sqrt(fitted(takes, partial(_of_angle, both, knots))).tolist()
     tilt = rest.pop(0) if _needs_gravity(both) else 0.0
@@ -195,17 +203,17 @@ def _of_angle_and_rate(cases: Cases, both: str) -> dict[str, Any]:
     at, more, postures = knots.tolist(), rest[: len(knots)], rest[len(knots) :]
     if both in MIRRORED_SIGN:
         at, more = [-each for each in at[:0:-1]] + at, more[:0:-1] + more
-    rates = np.sqrt(fitted(_pooled(cases, f"rate of {both}"), _of_rate)).tolist()
+    of_rate = np.sqrt(fitted(rates, _of_rate)).tolist()
     return {
         "factors": round(share, 3),
         "tilts": round(tilt, 3),
         "more": (at, more),
         "postures": postures,
-        "rates": tuple(map(round, rates, (3, 3, 2, 1))),
+        "rates": tuple(map(round, of_rate, (3, 3, 2, 1))),
     }
 
 
-def squares_of(statement: str, takes: Sequence[Stated]) -> Squares | None:
+def squares_of(statement: str, takes: Sequence[Cases]) -> Squares | None:
     """What the square of its bar is a weighted sum of; None of a statement that nothing is fitted to."""
     if statement in OF_BOTH:
         return partial(_of_angle, statement, _knots(takes, statement))
@@ -214,34 +222,34 @@ def squares_of(statement: str, takes: Sequence[Stated]) -> Squares | None:
     return _of_turn if statement in _JOINTS else None
 
 
-def _of_angle(both: str, knots: np.ndarray, take: Stated) -> np.ndarray:
+def _of_angle(both: str, knots: np.ndarray, take: Cases) -> np.ndarray:
     """The joints' noise, up's error where gravity matters, the part that goes with the found angle, and the posture."""
     parts = ("noise", "tilt") if _needs_gravity(both) else ("noise",)
-    known = np.stack([take.known[part] for part in parts], axis=1)
+    known = np.stack([take[part] for part in parts], axis=1)
     found = _found(take, both)
     between = np.stack([np.interp(found, knots, row) for row in np.eye(len(knots))], axis=1)
-    return SD_90**2 * np.concatenate([known**2, between, growth(take.known) ** 2], axis=1)
+    return SD_90**2 * np.concatenate([known**2, between, growth(take.values) ** 2], axis=1)
 
 
-def _of_rate(take: Stated) -> np.ndarray:
-    model, rate, faster = (take.known[name] for name in ("model", "rate", "faster"))
-    return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate)), faster**2], axis=1)
+def _of_rate(take: Cases) -> np.ndarray:
+    parts = take["model"], take["rate"], np.ones(len(take)), take["faster"]
+    return SD_90**2 * np.stack(parts, axis=1) ** 2
 
 
-def _of_turn(take: Stated) -> np.ndarray:
-    return np.stack([take.known[name] for name in ("own", "by focal", "by pitch")], axis=1)
+def _of_turn(take: Cases) -> np.ndarray:
+    return np.stack([take[name] for name in ("own", "by focal", "by pitch")], axis=1)
 
 
-def _knots(takes: Sequence[Stated], both: str) -> np.ndarray:
+def _knots(takes: Sequence[Cases], both: str) -> np.ndarray:
     """(K,) the found angles at which the part that goes with them is fitted."""
     of_all = np.concatenate([_found(take, both) for take in takes])
     knots = np.unique(5 * np.round(np.quantile(of_all, _KNOTS) / 5))
     return np.unique(np.append(0.0, knots)) if both in MIRRORED_SIGN else knots
 
 
-def _found(take: Stated, both: str) -> np.ndarray:
+def _found(take: Cases, both: str) -> np.ndarray:
     """Of an angle that changes sign in a mirror its size counts, for a body errs as its mirror image does."""
-    return np.abs(take.known["found"]) if both in MIRRORED_SIGN else take.known["found"]
+    return np.abs(take["found"]) if both in MIRRORED_SIGN else take["found"]
 
 
 def _needs_gravity(both: str) -> bool:
@@ -249,25 +257,24 @@ def _needs_gravity(both: str) -> bool:
 
 
 def with_raised_arms(
-    noise: JointNoise, cases: Mapping[str, Sequence[Stated]]
-) -> tuple[JointNoise, dict[str, dict[str, float]]]:
-    """The noise whose parts of raised arms are as large as these cases ask for, all others as they are, and none
-    smaller than it was: bars have to hold in usual motion too. Of each angle also {RAISED: the share inside}, each
+    noise: JointNoise, raised: Mapping[str, Sequence[Cases]]
+) -> tuple[JointNoise, dict[str, float]]:
+    """The noise whose parts of raised arms are as large as these takes ask for, by statement, all others as they are,
+    and none smaller than it was: bars have to hold in usual motion too. Of each angle also the share inside, each
     person by parts that were fitted to all the others."""
     postures, shares = dict(noise.postures), {}
 
-    def squares(take: Stated) -> np.ndarray:
-        return SD_90**2 * growth(take.known)[:, [_ARMS]] ** 2
+    def squares(take: Cases) -> np.ndarray:
+        return SD_90**2 * growth(take.values)[:, [_ARMS]] ** 2
 
     for both in OF_BOTH:
         names = sides_of(both)
-        raised = (take.part(np.flatnonzero(squares(take)[:, 0])) for take in cases.get(both, ()))
-        takes = [_without_arms(noise, names[0], take) for take in raised if len(take.error)]
+        arms = (take.where(squares(take)[:, 0] > 0) for take in raised.get(both, ()))
+        takes = [_without_arms(noise, names[0], take) for take in arms if len(take)]
         if len({take.person for take in takes}) < 2:
             continue
         asked_for = np.sqrt(fitted(takes, squares, on_top=True))[0]
-        inside = judge.inside(held_out({"": takes}, squares, on_top=True)[""]).inside
-        shares[both] = {RAISED: round(inside, 3)}
+        shares[both] = judge.inside(held_out({"": takes}, squares, on_top=True)[""]).inside
         for name in names:
             parts = list(noise.postures.get(name, np.zeros(len(FEATURES))))
             parts[_ARMS] = max(parts[_ARMS], asked_for)
@@ -275,23 +282,21 @@ def with_raised_arms(
     return replace(noise, postures=postures), shares
 
 
-def _without_arms(noise: JointNoise, name: str, take: Stated) -> Stated:
+def _without_arms(noise: JointNoise, name: str, take: Cases) -> Cases:
     """The take with the noise's bars of an angle but for the part of raised arms."""
-    beyond = growth(take.known)
+    beyond = growth(take.values)
     beyond[:, _ARMS] = 0
-    parts = noise.factors[name] * take.known["noise"], noise.tilts[name] * take.known["tilt"]
-    return replace(take, half=SD_90 * noise.whole(name, *parts, take.known["found"], beyond))
+    parts = noise.factors[name] * take["noise"], noise.tilts[name] * take["tilt"]
+    return take.having(half=SD_90 * noise.whole(name, *parts, take["found"], beyond))
 
 
-def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
-    """{statement: {configuration: share inside}} of what is fitted in these configurations, each person by bars that
-    were fitted to all the others."""
-    out: dict[str, dict[str, float]] = {}
-    for statement in dict.fromkeys(chain.from_iterable(cases.values())):
-        by_group = {name: [*map(thinned, of[statement])] for name, of in cases.items() if statement in of}
-        takes = [*chain.from_iterable(by_group.values())]
+def of_strangers(named: Mapping[str, Groups]) -> Iterator[tuple[str, str, float]]:
+    """(statement, configuration, share inside) of what is fitted, each person by bars that were fitted to all the
+    others."""
+    for statement, groups in named.items():
+        groups = {name: [thinned(take) for take in takes] for name, takes in groups.items()}
+        takes = _pooled(groups)
         squares = squares_of(statement, takes)
         if squares is not None and len({take.person for take in takes}) > 1:  # else nobody to fit them to
-            found = held_out(by_group, squares)
-            out[statement] = {name: round(judge.inside(of).inside, 3) for name, of in found.items()}
-    return out
+            for name, found in held_out(groups, squares).items():
+                yield statement, name, judge.inside(found).inside

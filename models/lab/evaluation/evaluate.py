@@ -3,19 +3,20 @@
 The one runner of all reports: it opens the networks, refuses looks at test people without a reason, asks the report,
 and writes a page and the same figures as JSON. People are those that networks are chosen by, unless `--sets test` asks
 for those that figures are published of. A report is a module with `rows`, which gives the values of every take and the
-places where they stand, and `summary`, what becomes of all values in one place; or with `tables` in place of both,
-where a fit needs all values at once. The page begins with the module's own words. REPORTS has a row for each.
+places where they stand, and `summary`, what becomes of all values in one place; it may have `further`, what it writes
+beside. The page begins with the module's own words. REPORTS has a row for each.
 """
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from datetime import date
 from importlib import import_module
 from inspect import getdoc
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 from typer import Argument, Option
@@ -30,7 +31,8 @@ from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.metrics import Figure, Row
+from ..common.cases import Row, grouped
+from ..common.metrics import Figure
 from .runs import Configuration, Sets
 from .testbed import Bed
 
@@ -40,27 +42,27 @@ _LEDGER = ("date", "command", "networks", "because")
 
 @dataclass(frozen=True)
 class Report:
-    """takes: the options that it has, besides -o and --device. runs: whether it judges whole runs, which the shipped
-    rectifier levels. bed: the cameras, where none are asked for."""
+    """takes: the options that it has, besides --lifter, -o and --device. rectifiers: those that it judges where none
+    are asked for, or that level the runs which it judges. bed: the cameras, where none are asked for."""
 
     takes: tuple[str, ...]
-    runs: bool = False
+    rectifiers: tuple[str, ...] = ("pcnet",)
     bed: Bed = "wild"
 
 
-_VIRTUAL = ("lifter", "seed", "bed", "sets", "because")  # of people before virtual cameras
+_PEOPLE = ("seed", "sets", "because")  # before virtual cameras
+_BOTH = ("geometric", "pcnet")
 REPORTS = {  # by the names of their modules, with - for _
-    "takes": Report(("rectifier", *_VIRTUAL)),
-    "rectifiers": Report(("rectifier", *_VIRTUAL)),
-    "lifter": Report(("lifter", "seed", "sets", "because")),
-    "gait": Report(_VIRTUAL, runs=True),
-    "jumps": Report(_VIRTUAL, runs=True, bed="typical"),
-    "verdicts": Report(_VIRTUAL, runs=True),
-    "repetitions": Report(("lifter", "bed"), runs=True, bed="typical"),
-    "errors": Report(("lifter", "seed", "sets", "because", "draws", "part", "fit", "errors"), runs=True),
-    "real-take": Report(("lifter",), runs=True),
+    "takes": Report(("rectifier", "bed", *_PEOPLE), _BOTH),
+    "rectifiers": Report(("rectifier", "bed", *_PEOPLE), _BOTH),
+    "lifter": Report(_PEOPLE, ()),
+    "gait": Report(("bed", *_PEOPLE)),
+    "jumps": Report(("bed", *_PEOPLE), bed="typical"),
+    "verdicts": Report(("bed", *_PEOPLE)),
+    "repetitions": Report(("bed",), bed="typical"),
+    "errors": Report((*_PEOPLE, "draws", "part", "fit", "errors")),
+    "real-take": Report(()),
 }
-_RECTIFIERS = ("geometric", "pcnet")
 
 
 def evaluate(
@@ -79,34 +81,27 @@ def evaluate(
     device: OnDevice = "auto",
 ) -> None:
     """Test lifters, rectifiers and later stages where the truth is known."""
-    given = {name: value for name, value in locals().items() if value is not None}
-    given = {name: given[name] for name in given if name not in ("report", "output", "device")}
-    of = _refused(report, given)
+    asked = {name: value for name, value in locals().items() if value is not None}
+    asked = {name: asked[name] for name in asked if name not in ("report", "output", "device")}
+    of = _refused(report, asked)
     refuse_unwritable(output)
-    module = import_module(f".{report.replace('-', '_')}", __package__)
-    reason, people = given.pop("because", ""), given.pop("sets", "val")
-    further = {name: given.pop(name) for name in ("draws", "part", "fit") if name in given}
+    reason, people = asked.pop("because", ""), asked.pop("sets", "val")
     with computing_on(device) as where:
-        named = given.pop("rectifier", _RECTIFIERS) if "rectifier" in of.takes else ()
-        rectifiers = tuple(map(load_rectifier, named))
-        asked = Configuration(people, rectifiers=rectifiers, **{"bed": of.bed, **given})
-        for each_set in asked.sets if "sets" in of.takes else ():
+        rectifiers = tuple(map(load_rectifier, asked.pop("rectifier", of.rectifiers)))
+        configuration = Configuration(people, rectifiers=rectifiers, **{"bed": of.bed, **asked})
+        methods = [load_lifter(configuration.lifter).method, *(each.method for each in rectifiers)]
+        for each_set in configuration.sets if "sets" in of.takes else ():
             each_set.clips()  # a set without takes is refused before the work
-        if hasattr(module, "tables"):
-            tables = module.tables(asked, output, **further)
-        else:
-            tables = tabled(module.rows(asked), module.summary)
-        methods = [load_lifter(asked.lifter).method] if "lifter" in of.takes else []
-        methods += [each.method for each in (rectifiers or [load_rectifier("pcnet")] * of.runs)]
+        tables = measured(report, configuration, output)
     networks = [method for method in methods if "@" in method]
     judged = {"judged": people} if "sets" in of.takes else {}
-    heading = {name: getattr(asked, name) for name in ("lifter", "seed", "bed") if name in of.takes}
-    results = {"report": report, **judged, "pcnet3d": package_version(), **heading, **tables}
+    heading = [name for name in ("lifter", "seed", "bed", "draws") if name in (*of.takes, "lifter")]
+    results = {"report": report, **judged, "pcnet3d": package_version()}
+    results |= {name: getattr(configuration, name) for name in heading} | tables
     results |= {"networks": networks, "date": date.today().isoformat(), "device": where.summary()}
-    output.mkdir(parents=True, exist_ok=True)
     if reason:
         note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", networks, reason)
-    publish(output / "evaluation", report, getdoc(module) or "", results)
+    publish(output / "evaluation", report, getdoc(_module(report)) or "", results)
 
 
 def _refused(report: str, given: dict[str, Any]) -> Report:
@@ -116,27 +111,34 @@ def _refused(report: str, given: dict[str, Any]) -> Report:
         refuse_removed("reports", report)
         raise InputError("name-unknown", f"There is no report '{report}'; {did_you_mean(report, REPORTS)}")
     of = REPORTS[report]
-    if strange := [name for name in given if name not in of.takes]:
+    takes = ("lifter", *of.takes)
+    if strange := [name for name in given if name not in takes]:
         raise InputError(
             "option-conflict",
-            f"The report {report} has no --{strange[0]}, only --{', --'.join(of.takes)}; leave it out.",
+            f"The report {report} has no --{strange[0]}, only --{', --'.join(takes)}; leave it out.",
         )
     refuse_unexplained(given.get("sets", "val"), given.get("because", ""))
     return of
 
 
-def tabled(rows: Iterable[Row], summary: Callable[[list[Any]], Any]) -> dict[str, Any]:
-    """Nested figures: at each place what becomes of all its values: the sum of counts, else what `summary` says of
-    them."""
-    values: dict[tuple[str, ...], list[Any]] = {}
-    for keys, value in rows:
-        values.setdefault(keys, []).append(value)
+def _module(report: str) -> ModuleType:
+    return import_module(f".{report.replace('-', '_')}", __package__)
+
+
+def measured(report: str, asked: Configuration, output: Path) -> dict[str, Any]:
+    """A report's nested figures, of counts the sum; what it writes beside goes into the folder output."""
+    module = _module(report)
+    values = grouped(module.rows(asked))
+    output.mkdir(parents=True, exist_ok=True)
+    figures = {keys: sum(of) if isinstance(of[0], int) else module.summary(of) for keys, of in values.items()}
+    if hasattr(module, "further"):
+        figures |= module.further(asked, output, values, figures)
     results: dict[str, Any] = {}
-    for (*above, last), of in values.items():
+    for (*above, last), of in figures.items():
         place = results
         for key in above:
             place = place.setdefault(key, {})
-        place[last] = sum(of) if isinstance(of[0], int) else summary(of)
+        place[last] = of
     return results
 
 
@@ -155,24 +157,23 @@ def written(results: Mapping[str, Any], title: str, about: str) -> str:
     said = {name: value for name, value in results.items() if not isinstance(value, Mapping | list)}
     parts = [f"# {title}", ", ".join(f"{name} {_cell(value)}" for name, value in said.items()), about]
     for name, of in results.items():
-        tables: dict[tuple[int, tuple[str, ...]], list[list[str]]] = {}
-        for keys, figures in rows_of(of) if isinstance(of, Mapping) and name != "device" else ():
-            line = [*keys, *map(_cell, figures.values())]
-            tables.setdefault((len(keys), tuple(figures)), []).append(line)
-        for (deep, columns), lines in tables.items():
-            head = [name, *[""] * (deep - 1), *columns] if deep else list(columns)
+        places = rows_of(of) if isinstance(of, Mapping) and name != "device" else ()
+        tables = grouped(
+            ((len(keys), *figures), [*keys, *map(_cell, figures.values())]) for keys, figures in places
+        )
+        for (deep, *columns), lines in tables.items():
+            head = [name, *[""] * (deep - 1), *columns] if deep else columns
             parts.append("\n".join(f"| {' | '.join(line)} |" for line in [head, ["---"] * len(head), *lines]))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def rows_of(of: Mapping[str, Any], keys: tuple[str, ...] = ()) -> Iterator[Row]:
-    """(keys, figures) of every place in which figures stand; of `pooled` ones what they say in words."""
-    said = {key: value.get("said") if isinstance(value, Mapping) else value for key, value in of.items()}
-    further = {key: value for key, value in of.items() if isinstance(value, Mapping) and "said" not in value}
-    if figures := {key: value for key, value in said.items() if key not in further}:
+    """(keys, figures) of every place in which figures stand."""
+    if figures := {key: value for key, value in of.items() if not isinstance(value, Mapping)}:
         yield keys, figures
-    for key, value in further.items():
-        yield from rows_of(value, (*keys, str(key)))
+    for key, value in of.items():
+        if isinstance(value, Mapping):
+            yield from rows_of(value, (*keys, key))
 
 
 def _cell(value: Any) -> str:
@@ -180,8 +181,6 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, Figure):
         return " / ".join(f"{each:.3g}" for each in astuple(value))
-    if isinstance(value, list | tuple):
-        return ", ".join(map(_cell, value))
     return (
         f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)
     )

@@ -23,6 +23,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import Measures
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
+from ...angle_error.take_angles import smoothed
 from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
 from ...gait.gait import (
@@ -32,7 +33,6 @@ from ...gait.gait import (
     Gait,
     Stance,
     Step,
-    Values,
     contact_times,
     facing_deg,
     separation,
@@ -40,11 +40,12 @@ from ...gait.gait import (
 )
 from ...gait.gait import walks as walks_of
 from ...gait.parameters import length_values
-from ..common.metrics import Figure, Row, mean
+from ..common.cases import Cases, Row
+from ..common.metrics import Figure, mean
 from ..mocap.contact import true_contact
-from .judge import Stated, bar, summed
+from .judge import summed
 from .runs import Configuration, Finished, finished
-from .testbed import SeenTake, filtered
+from .testbed import SeenTake
 
 SIDES_APART = ", right less left"  # behind the name of a figure
 PATHS = {"focal known": True, "focal assumed": False}
@@ -56,8 +57,6 @@ _ROWS = {
     for figure in FIGURES.values()
     if figure.group == "walking" and figure.key in (*OF_SIDES, *OF_LENGTH, "stride_time_s", "swing_time_s")
 }
-# Rows whose differences of the sides have an error, and where it stands.
-_COMPARED = {f"mean_{name}": f"{name}_symmetry_index" for name in ("step_time", "stance_time", "step_length")}
 
 
 class Matched(NamedTuple):
@@ -69,9 +68,9 @@ class Matched(NamedTuple):
 
 
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("sets", label, "walking" or "running" by the true contacts, "takes", "steps": (found, true), "events", event:
-    Matched, and "figures", figure: Stated), and ("sets", label, "false steps"), of takes without a walk; nothing of
-    takes that a run refuses or cannot level."""
+    """("sets", label, "walking" or "running" by the true contacts, "takes", "steps", "found" and "true", "events",
+    event: Matched, and "figures", figure: Cases), and ("sets", label, "false steps"), of takes without a walk; nothing
+    of takes that a run refuses or cannot level."""
     for path, known in PATHS.items():
         for run in finished(replace(asked, focal_known=known)):
             if not run.levelled:
@@ -80,36 +79,32 @@ def rows(asked: Configuration) -> Iterator[Row]:
             place, walked = ("sets", run.label, true.kind), true.kind != "none"
             if known:
                 steps = sum(run.done.figures.group("walking", words).count("steps") for words in SIDES)
-                if walked:
-                    yield (*place, "takes"), 1
-                    yield (*place, "steps"), np.array([steps, len(true.steps)])
-                    yield from (
-                        ((*place, "events", event), of) for event, of in events(run.done, true).items()
-                    )
                 yield ("sets", run.label, "false steps"), 0 if walked else steps
-            for stated in walks(run, true):
-                of_length = stated.statement.removesuffix(SIDES_APART) in OF_LENGTH
-                if walked and (of_length or known):
-                    name = f"{stated.statement}, {path}" if of_length else stated.statement
-                    yield (*place, "figures", name), stated
+            if not walked:
+                continue
+            if known:
+                yield (*place, "takes"), 1
+                yield (*place, "steps", "found"), steps
+                yield (*place, "steps", "true"), len(true.steps)
+                yield from (((*place, "events", event), of) for event, of in events(run.done, true).items())
+            for figure, cases in walks(run, true):
+                of_length = figure.removesuffix(SIDES_APART) in OF_LENGTH
+                if of_length or known:
+                    yield (*place, "figures", f"{figure}, {path}" if of_length else figure), cases
 
 
-def summary(values: list[Any]) -> Any:
+def summary(values: list[Any]) -> dict[str, Any]:
     """Of what stands in one place of all takes."""
-    match values[0]:
-        case Stated():
-            return summed(values)
-        case Matched():
-            errors, found, true = zip(*values, strict=True)
-            error = np.concatenate(errors)
-            return {
-                "precision": len(error) / max(sum(found), 1),
-                "recall": len(error) / max(sum(true), 1),
-                "bias_ms": float(1000 * np.median(error)) if len(error) else np.nan,
-                "error_ms": Figure.of(1000 * np.abs(error)),
-            }
-        case _:
-            return np.sum(values, axis=0).tolist()
+    if isinstance(values[0], Cases):
+        return summed(values)
+    errors, found, true = zip(*values, strict=True)
+    error = np.concatenate(errors)
+    return {
+        "precision": len(error) / max(sum(found), 1),
+        "recall": len(error) / max(sum(true), 1),
+        "bias_ms": float(1000 * np.median(error)) if len(error) else np.nan,
+        "error_ms": Figure.of(1000 * np.abs(error)),
+    }
 
 
 def events(take: Take, true: Gait) -> dict[str, Matched]:
@@ -143,7 +138,7 @@ def true_gait(seen: SeenTake) -> Gait:
     time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
     spells = true_contact(seen.world, time_s)
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES.values()}
-    body = rotate(transpose(seen.R_camera_from_body), filtered(seen.truth, time_s))
+    body = rotate(transpose(seen.R_camera_from_body), smoothed(seen.truth, time_s))
     facing = facing_deg(R_world_from_camera @ seen.R_camera_from_body)
     steps_in_turn = walks_of(feet, separation(body, time_s), time_s, LEAST_STEP, facing_deg=facing)
     # Contacts are known, so slow steps with flights are long strides.
@@ -156,7 +151,7 @@ def _even(walk: Sequence[Step]) -> bool:
     return max(times) <= _UNEVEN * min(times)
 
 
-def walks(run: Finished, true: Gait) -> Iterator[Stated]:
+def walks(run: Finished, true: Gait) -> Iterator[tuple[str, Cases]]:
     """Means of a take's walks or runs, by the names of models.gait, against those of the same steps in truth, and
     those of the right side less the left's; of static cameras. true: `true_gait` of the truth. Nothing of a take in
     which nobody walks, or no walk is found."""
@@ -164,36 +159,29 @@ def walks(run: Finished, true: Gait) -> Iterator[Stated]:
     lands = [at for side in SIDES for at in walking.group(side).times("landings")]
     if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps if lands):
         return
-    part = Gait(true.feet, true_walks(walking, true.feet))
-    if not part.walks:
+    same = Gait(true.feet, true_walks(walking, true.feet))
+    if not same.walks:
         return
-    values = _values(part, run.truth)
+    time_s, world = run.truth.keypoints.times, run.truth.world
+    level = relative(smoothed(world, time_s))
+    ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES.values()}
+    root = world[:, H36M17.index("pelvis"), :2]
+    values = same.times | length_values(same, root, ankles, time_s)
     means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
-
-    def half(row: str) -> float:
-        figure = walking.figure(row)
-        return bar(None if figure is None else figure.error)
-
-    for row, name in [*_ROWS.items(), ("cadence", "cadence")]:
-        found = walking.value(row)
-        of = 60 / means["step_time_s"] if row == "cadence" else means[name]
+    named = [(row, name, means[name]) for row, name in _ROWS.items()]
+    for row, name, of in [*named, ("cadence", "cadence", 60 / means["step_time_s"])]:
+        found = walking.figure(row)
         if found is not None and np.isfinite(of):
-            yield run.figure(name, found, of, half(row))
+            yield name, run.figure(found.value, of, found.error)
     for row, name in _ROWS.items():
         right, left = (walking.group(side).value(row) for side in SIDES)
         off = mean(values[name]["r"]) - mean(values[name]["l"])
         if right is not None and left is not None and np.isfinite(off):
-            size = (right + left) / 2
-            of_sides = half(_COMPARED[row]) / 100 * size if row in _COMPARED else np.nan
-            yield run.figure(name + SIDES_APART, right - left, off, of_sides)
-
-
-def _values(gait: Gait, truth: SeenTake) -> Values:
-    """Times and lengths of true steps."""
-    time_s, level = truth.keypoints.times, relative(filtered(truth.world, truth.keypoints.times))
-    ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES.values()}
-    root = truth.world[:, H36M17.index("pelvis"), :2]
-    return gait.times | length_values(gait, root, ankles, time_s)
+            # In per cent of the sides' mean.
+            index = walking.figure(f"{row.removeprefix('mean_')}_symmetry_index")
+            percent = None if index is None else index.error
+            error = None if percent is None else percent / 100 * (right + left) / 2
+            yield name + SIDES_APART, run.figure(right - left, off, error)
 
 
 def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:

@@ -11,10 +11,10 @@ do not leave the floor.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
-from itertools import chain, pairwise
-from typing import Any, NamedTuple
+from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -24,9 +24,9 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ...place.flights import GRAVITY, Flight, flown
-from ..common.metrics import Row
+from ..common.cases import Cases, Row, column
 from ..mocap.clips import Clip
-from .judge import Stated, bar, summed
+from .judge import summed
 from .runs import Configuration, EvaluationSet, Finished, finished
 from .testbed import SeenTake
 
@@ -40,19 +40,7 @@ _FIGURES = {  # {what is measured: (name of the measure, to the unit of the repo
     "jump height, cm": ("jump_height", 100.0),
     "contact time, ms": ("contact_time", 1000.0),
 }
-HEIGHTS = ("height by flight time, cm", "jump height, cm")
 _TRAIN = EvaluationSet("train, seen by the lifter", "train", known=True)
-
-
-class Compared(NamedTuple):
-    """Of a take: how many true flights there are, how many of them are found, every figure of these, and how many other
-    hops were found, and invented ones."""
-
-    true: int
-    found: int
-    figures: list[Stated]
-    hops: int
-    invented: int
 
 
 def true_flights(truth: SeenTake) -> list[Flight]:
@@ -76,8 +64,9 @@ def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
     return [each for each in flown(poses).flights if abs(each.fall * stature / GRAVITY - 1) < _FREE]
 
 
-def compared(run: Finished) -> Compared:
-    """The jumps that a take's measures have, against the true ones; of both the error of each figure."""
+def compared(run: Finished) -> Iterator[tuple[str, int | Cases]]:
+    """Of a take: how many true flights there are ("true"), how many of them its measures have ("found"), how many other
+    hops were found ("hops"), and invented ones ("invented"); and every figure of the true ones that were found."""
     stature, true = implied_stature(run.truth.truth), true_flights(run.truth)
     jumps = run.done.figures.group("jumps")
     times = {each.number: each.value for each in jumps.repetitions("flight_time")}
@@ -85,31 +74,35 @@ def compared(run: Finished) -> Compared:
     at = [next((of for of in true if start < of.land_s and of.off_s < stop), None) for start, stop in spans]
     others = [span for span, flight in zip(spans, at, strict=True) if flight is None]
     hops = sum(_off_floor(run.truth, span, stature) for span in others)
-    figures = []
-    for statement, (name, factor) in _FIGURES.items():
+    yield "true", len(true)
+    yield "found", len({flight.off_s for flight in at if flight is not None})
+    yield "hops", hops
+    yield "invented", len(others) - hops
+    for figure, (name, factor) in _FIGURES.items():
         for row in jumps.repetitions(name):
             flight = at[row.number or 0]
-            value = None if flight is None else _figure(name, flight, true, stature)
+            value = None if flight is None else _true_figures(flight, true, stature).get(name)
             if value is not None:
-                half = factor * bar(row.error)
-                figures.append(run.figure(statement, factor * row.value, factor * value, half))
-    found = {flight.off_s for flight in at if flight is not None}
-    return Compared(len(true), len(found), figures, hops, len(others) - hops)
+                error = None if row.error is None else factor * row.error
+                cases = run.figure(factor * row.value, factor * value, error)
+                is_height = figure.endswith(", cm")
+                yield figure, cases.having(near=abs(cases["error"]) <= _NEAR_CM) if is_height else cases
 
 
-def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -> float | None:
-    """In seconds, metres (of a jump height) and centimetres (of one by time)."""
-    time_s = flight.land_s - flight.off_s
-    if name == "contact_time":
-        before = [flown for flown, following in pairwise(true) if following is flight]
-        return flight.off_s - before[0].land_s if before else None
-    if name == "jump_height":
-        return flight.rise * stature
-    return time_s if name == "flight_time" else 100 * GRAVITY / 8 * time_s**2
+def _true_figures(flight: Flight, true: list[Flight], stature: float) -> dict[str, float]:
+    """By the names of measures, in seconds, metres (of a jump height) and centimetres (of one by time)."""
+    time_s, number = flight.land_s - flight.off_s, true.index(flight)
+    height_cm = 100 * GRAVITY / 8 * time_s**2
+    figures = {
+        "flight_time": time_s,
+        "height_by_flight_time": height_cm,
+        "jump_height": flight.rise * stature,
+    }
+    return figures | ({"contact_time": flight.off_s - true[number - 1].land_s} if number else {})
 
 
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure): Stated;
+    """("sets", label, frames a second, "takes", "true", "found", "hops", "invented", and "figures", figure: Cases);
     ("refused",): takes that a run refuses. InputError where the data is not."""
     for fps in (30.0, 60.0):
         how = replace(asked, image=True, fps=fps)
@@ -117,24 +110,16 @@ def rows(asked: Configuration) -> Iterator[Row]:
         for run in chain(finished(how), of_train):
             place = ("sets", run.label, f"{fps:g}")
             yield ("refused",), int(run.take is None)
-            if run.take is None:
-                continue
-            of = compared(run)
-            counts = {
-                "takes": 1,
-                "true": of.true,
-                "found": of.found,
-                "hops": of.hops,
-                "invented": of.invented,
-            }
-            yield from (((*place, name), number) for name, number in counts.items())
-            yield from (((*place, "figures", each.statement), each) for each in of.figures)
+            if run.take is not None:
+                yield (*place, "takes"), 1
+                for name, value in compared(run):
+                    yield (*place, *["figures"] * isinstance(value, Cases), name), value
 
 
-def summary(takes: list[Stated]) -> dict[str, Any]:
+def summary(takes: list[Cases]) -> dict[str, Any]:
     """Of a figure of all takes; of heights also the share that is near."""
-    near = np.mean([abs(take.error[0]) <= _NEAR_CM for take in takes])
-    return summed(takes) | ({"near": float(near)} if takes[0].statement in HEIGHTS else {})
+    near = {"near": float(column(takes, "near").mean())} if "near" in takes[0].values else {}
+    return summed(takes) | near
 
 
 def _flies(clip: Clip) -> bool:

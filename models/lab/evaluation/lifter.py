@@ -19,7 +19,8 @@ from ....pipeline.core.rotations import angle_deg
 from ...common.canonical import R_world_from_body
 from ...common.metrics import joint_error
 from ...lifter.features import body_rays
-from ..common.metrics import OfTake, Row, figures, procrustes_error, scaled
+from ..common.cases import Cases, Row, column, figures
+from ..common.metrics import procrustes_error, scaled
 from ..mocap.clips import subject_of
 from .runs import Configuration, lifted
 from .testbed import BEDS, LiftedTake, SeenTake
@@ -53,7 +54,7 @@ def groups_of(seen: SeenTake) -> dict[str, np.ndarray]:
     return {"upright": ~seen.lying, "lying": seen.lying, **upright}
 
 
-def lift_errors(take: LiftedTake) -> OfTake:
+def lift_errors(take: LiftedTake) -> Cases:
     """Errors of every frame in mm of the person's own size, the lift scaled to the truth in every frame (as for a
     lifter without a scale; N-MPJPE, Rhodin et al. 2018). depth, lateral, vertical: mean absolute error along the ray to
     the body, across it and level, and up."""
@@ -64,13 +65,13 @@ def lift_errors(take: LiftedTake) -> OfTake:
         "PA-MPJPE": 1000 * procrustes_error(found, truth),
         **_along(fitted - truth, take.seen),
     }
-    return OfTake(subject_of(take.seen.clip), errors)
+    return Cases(subject_of(take.seen.clip), errors)
 
 
-def summary(takes: Sequence[OfTake]) -> dict[str, dict[str, Any]]:
+def summary(takes: Sequence[Cases]) -> dict[str, dict[str, Any]]:
     """Of `lift_errors`."""
     of = figures(takes, ("MPJPE", "PA-MPJPE"))
-    frames = np.concatenate([take.values["MPJPE"] for take in takes])
+    frames = column(takes, "MPJPE")
     return {
         "by person": of.pop("by person"),
         "frame": of,

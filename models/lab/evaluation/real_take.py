@@ -20,9 +20,10 @@ import numpy as np
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import angle_deg, kabsch, rotate
 from ...common.metrics import joint_error, relative
-from ..common.metrics import Row, mean, scaled
+from ..common.cases import Row
+from ..common.metrics import mean, scaled
 from .runs import Configuration, Finished, finished
-from .statements import of_frames
+from .statements import of_frames, together
 from .testbed import BALANCING, STANDING
 
 _TAKES = {"balancing": BALANCING, "standing": STANDING}
@@ -53,9 +54,9 @@ def row(run: Finished) -> dict[str, Any]:
         }
     if np.isfinite(run.truth.truth[:, _LIMB_ROWS]).all():
         figures["rigid_mm"] = np.nan if run.take is None else rigid_mm(run)
-        off = {stated.statement: stated.error for stated in of_frames(run)}
+        stated = together(of_frames(run))
         for angle in _ANGLES:
-            error = off.get(angle, np.full(1, np.nan))
+            error = stated[angle]["error"] if angle in stated else np.zeros(0)
             figures[angle] = {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
     return figures
 

@@ -18,7 +18,8 @@ import numpy as np
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
-from ..common.metrics import OfTake, Row, every_value, figures, procrustes_error, scaled, sorting
+from ..common.cases import Cases, Row, column, figures
+from ..common.metrics import procrustes_error, scaled, sorting
 from ..mocap.clips import Clip, lying, subject_of
 from ..synthetic.views import Targets, View, seen, views
 from .runs import Configuration, EvaluationSet, lifted
@@ -40,7 +41,7 @@ class Take:
         return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.person)
 
 
-def judge(rectifier: Rectifier, takes: Iterable[Take]) -> list[OfTake]:
+def judge(rectifier: Rectifier, takes: Iterable[Take]) -> list[Cases]:
     """Run a rectifier take by take."""
     judged = []
     for take in takes:
@@ -49,7 +50,7 @@ def judge(rectifier: Rectifier, takes: Iterable[Take]) -> list[OfTake]:
     return judged
 
 
-def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> OfTake:
+def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> Cases:
     """One take's answers against the truth, the errors of every frame, NaN where there is no answer: R_camera_from_body
     (T, 3, 3), error_deg (T,) and the pose in BODY (T, 17, 3), which is R^T x unless something corrected it.
 
@@ -71,17 +72,17 @@ def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarr
         "frobenius": np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
         "expected": expected,
     }
-    return OfTake(take.person, errors)
+    return Cases(take.person, errors)
 
 
-def summary(takes: Sequence[OfTake]) -> dict[str, Any]:
+def summary(takes: Sequence[Cases]) -> dict[str, Any]:
     """Figures over the frames of takes as `compare` gives them."""
-    values = every_value(takes)
+    rotation = column(takes, "rotation")
     return {
-        "frames": len(values["rotation"]),
-        "no answer": int(np.isnan(values["rotation"]).sum()),
+        "frames": len(rotation),
+        "no answer": int(np.isnan(rotation).sum()),
         **figures(takes, ("rotation", "mpjpe")),
-        "spearman": sorting(values["expected"], values["rotation"]),
+        "spearman": sorting(column(takes, "expected"), rotation),
     }
 
 

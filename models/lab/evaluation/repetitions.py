@@ -6,8 +6,8 @@ for and not there. Judged on the captured joints and on lifted ones, before thre
 on most of these people, so that its figures here are better than on others, and the rules of stages/measures were
 chosen on these takes.
 
-A series: one kind of movement of one side in one take; counts: series that were counted right; found, begin, end: of
-labelled movements those found, and those that begin and end within 0.15 s of the label.
+A series: one kind of movement of one side in one take; right: series with as many movements as labelled; movements:
+those that are labelled; found, begin, end: of these how many are found, and begin and end within 0.15 s of the label.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ..common.metrics import Row
+from ..common.cases import Row
 from .runs import Configuration, EvaluationSet, finished
 
 LABELS = Path(__file__).with_name("movements.json")
@@ -35,41 +34,21 @@ _SETS = (
 Spans = list[tuple[float, float]]
 
 
-class Series(NamedTuple):
-    """One kind of movement of one side in one take: whether it was counted right, how many movements are labelled, and
-    the errors (begin, end) in seconds of those found."""
-
-    right: bool
-    movements: int
-    off_s: list[tuple[float, float]]
-
-
-def summary(values: list[Series]) -> dict[str, Any]:
-    """What the page says of them."""
-    right, movements, off_s = zip(*values, strict=True)
-    off = np.abs(np.array([pair for pairs in off_s for pair in pairs]).reshape(-1, 2))
-    begin, end = (off <= _NEAR_S).mean(axis=0) if len(off) else (np.nan, np.nan)
-    found = len(off) / sum(movements) if sum(movements) else np.nan
-    times = {"found": found, "begin": float(begin), "end": float(end)}
-    return {
-        "series": len(right), "movements": sum(movements), "counts": float(np.mean(right)),
-        **{name: value for name, value in times.items() if np.isfinite(value)},
-    }  # fmt: skip
-
-
-def judge(labelled: Spans, found: Spans) -> Series:
-    """(begin, end) in seconds of one movement. A labelled one is found by the one that shares the most time with it."""
+def judge(labelled: Spans, found: Spans) -> dict[str, int]:
+    """Counts of one series. A labelled movement is found by the one that shares the most time with it."""
+    counts = {"series": 1, "right": int(len(labelled) == len(found)), "movements": len(labelled)}
     off_s = []
     for begin, end in labelled:
         shared = [min(end, stop) - max(begin, start) for start, stop in found]
         if shared and max(shared) > 0:
             start, stop = found[int(np.argmax(shared))]
-            off_s.append((start - begin, stop - end))
-    return Series(len(labelled) == len(found), len(labelled), off_s)
+            off_s.append((abs(start - begin), abs(stop - end)))
+    near = np.sum(np.reshape(off_s, (-1, 2)) <= _NEAR_S, axis=0).tolist()
+    return {**counts, "found": len(off_s), "begin": near[0], "end": near[1]}
 
 
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("judged", poses, movement): Series. InputError where the data is not."""
+    """("judged", poses, movement, what is counted). InputError where the data is not."""
     labels: dict[str, dict[str, Spans]] = json.loads(LABELS.read_text(encoding="utf-8"))
     captured = {clip.name for of in _SETS for clip in of.clips()}
     if missing := sorted(set(labels) - captured):
@@ -82,6 +61,7 @@ def rows(asked: Configuration) -> Iterator[Row]:
         for run in finished(how, _SETS, lambda clip: clip.name in labels):
             for movement, labelled in labels[run.truth.clip].items():
                 names = movement.split(".")  # such as "knee_bends" or "arm_raises.left"
-                series = judge(labelled, [] if run.take is None else run.take.figures.group(*names).spans)
-                yield ("judged", poses, names[0]), series
-                yield ("judged", poses, "all"), series
+                found = [] if run.take is None else run.take.figures.group(*names).spans
+                for name, count in judge(labelled, found).items():
+                    yield ("judged", poses, names[0], name), count
+                    yield ("judged", poses, "all", name), count

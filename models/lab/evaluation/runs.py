@@ -8,7 +8,7 @@ built-in one are those of other packages and files, or simulated.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -33,9 +33,10 @@ from ...common.metrics import relative
 from ...gravity.view import camera_of, known_camera
 from ...lifter.builtin import OwnLifter, network
 from ...lifter.load import load_lifter
+from ..common.cases import Cases
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..synthetic.bodies import BodyRange
-from .judge import BINS, Stated
+from .judge import bar
 from .testbed import (
     BEDS,
     MIN_FRAMES,
@@ -55,6 +56,7 @@ _LOOK_EVERY = 10  # frames of a moving camera whose image is asked for up
 _ANSWERED = 0.8  # share of them that tells it
 _FILES = ("record", "export", "report")  # stages that only write
 _REACHED = 0.8  # share of a figure's frames below the posture and the speed that it is judged by
+BINS = ("posture", "speed")  # known of every case of a take with bodies, that all are judged apart by
 
 Sets = Literal["test", "val", "tennis", "cmu"]
 
@@ -117,7 +119,7 @@ class Configuration:
     the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
     detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). arms_raised: as
     testbed.arms_raised has the bodies. bodies: with other proportions, for training. laid: of so large a share of the
-    clips only, whose bodies lie (testbed.laid_down)."""
+    clips only, whose bodies lie (testbed.laid_down). draws, part, fit: of the report `errors`."""
 
     people: Sets = "val"
     seed: int = 0
@@ -136,6 +138,9 @@ class Configuration:
     arms_raised: bool = False
     bodies: BodyRange | None = None
     laid: float = 0.0
+    draws: int = 1
+    part: Sequence[str] = ()
+    fit: bool = False
 
     @property
     def sets(self) -> tuple[EvaluationSet, ...]:
@@ -190,14 +195,11 @@ class Finished:
         of = features(rotate(R_body_from_level, self.done.need("filtered").joints), self.times)
         return {**of, "posture": np.where(np.isfinite(of["lean"]), posture(of), np.nan)}
 
-    @property
-    def bins(self) -> dict[str, np.ndarray]:
-        """What cases are judged apart by: (T,) each frame's place in POSTURES and its speed."""
-        return {name: self.stances[name] for name in BINS}
-
     def reached(self, span: tuple[float, float] = (-np.inf, np.inf)) -> dict[str, np.ndarray]:
-        """`reached` in these seconds."""
-        return reached(self.bins, (self.times >= span[0]) & (self.times <= span[1]))
+        """What a figure of many frames, of those in these seconds, is judged apart by: the posture and the speed that a
+        fifth of them reach, in the order of POSTURES, {name: (1,)}."""
+        inside = (self.times >= span[0]) & (self.times <= span[1])
+        return {name: _reached(self.stances[name][inside]) for name in BINS}
 
     @cached_property
     def true_angles(self) -> dict[str, AngleSeries]:
@@ -205,22 +207,16 @@ class Finished:
         joints = smoothed(self.truth.truth, self.truth.keypoints.times)
         return take_angles(TakeJoints(self.truth.truth, joints, self.truth.R_camera_from_body))
 
-    def stated(
-        self,
-        statement: str,
-        error: np.ndarray,
-        half: np.ndarray,
-        known: Mapping[str, np.ndarray] | None = None,
-    ) -> Stated:
-        """Of the frames of the take. known: `bins`, or more."""
-        return Stated(
-            statement, self.truth.subject, error, half, self.bins if known is None else known
-        ).judged()
+    def stated(self, error: np.ndarray, half: np.ndarray, **known: np.ndarray) -> Cases:
+        """Cases of the take with an error and a bar. known: beside or in place of what they are judged apart by, BINS,
+        which is of the take's frames."""
+        bins = {name: self.stances[name] for name in BINS}
+        return Cases(self.truth.subject, {"error": error, "half": half, **bins, **known}).judged()
 
-    def figure(self, statement: str, found: float, true: float, half: float) -> Stated:
-        """Of the take, or a part of it."""
-        off, bars = np.array([found - true]), np.array([half])
-        return Stated(statement, self.truth.subject, off, bars, true=np.array([true]))
+    def figure(self, found: float, true: float, error: float | None, **known: np.ndarray) -> Cases:
+        """One figure of the take, or a part of it, with its stated standard deviation."""
+        values = {"error": found - true, "half": bar(error), "true": true}
+        return Cases(self.truth.subject, {name: np.array([of]) for name, of in values.items()} | known)
 
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
@@ -229,14 +225,9 @@ class Finished:
         return recipe_of(true).build()(given(self.truth, true))
 
 
-def reached(of: Mapping[str, np.ndarray], use: np.ndarray) -> dict[str, np.ndarray]:
-    """What a figure of many frames is judged by: the posture and the speed that a fifth of them reach, in the order of
-    POSTURES, {name: (1,)}. of: of `bins`; use: which frames, (T,) bool."""
-    known = {name: values[use & np.isfinite(values)] for name, values in of.items()}
-    return {
-        name: np.quantile(values, [_REACHED], method="nearest") if len(values) else np.array([np.nan])
-        for name, values in known.items()
-    }
+def _reached(values: np.ndarray) -> np.ndarray:
+    known = values[np.isfinite(values)]
+    return np.quantile(known, [_REACHED], method="nearest") if len(known) else np.array([np.nan])
 
 
 def finished(

@@ -9,9 +9,9 @@ true angles over the same frames for ranges of motion and for repetitions of an 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import combinations
+from itertools import chain, combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -26,14 +26,15 @@ from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import read_noise, shipped_noise
 from ...angle_error.posture import FEATURES, arms_of
 from ...angle_error.repeatability import ends
-from ...angle_error.take_angles import angle_rates, angle_series
-from ..common.metrics import person_size, scaled
+from ...angle_error.take_angles import angle_rates, angle_series, smoothed
+from ..common.cases import Cases, grouped, joined
+from ..common.metrics import scale_of
 from .gait import true_gait, walks
-from .judge import Stated, bar, by_statement, joined
 from .jumps import compared
-from .runs import Finished
-from .testbed import accelerations, filtered
+from .runs import BINS, Finished
+from .testbed import accelerations
 
+Stated = tuple[str, Cases]  # the name of a statement, and what a take has of it
 _MEAN_OF_RMS = np.sqrt(np.pi) / 2
 _UP_90, _HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
 _PELVIS = H36M17.index("pelvis")
@@ -59,10 +60,15 @@ _MOVEMENTS = {("knee_bends",): "knee bends"} | {
 _DRIVES = {"arm_raises.right": "r_shoulder_elevation", "arm_raises.left": "l_shoulder_elevation"}
 
 
-def statements(run: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take; nothing of one that a run refuses."""
-    yield from of_frames(run)
-    yield from of_figures(run)
+def statements(run: Finished) -> dict[str, Cases]:
+    """Everything that is judged of one take, by name; nothing of one that a run refuses."""
+    return together(chain(of_frames(run), of_figures(run)))
+
+
+def together(stated: Iterable[Stated]) -> dict[str, Cases]:
+    """What a take states by name, several of one name, such as both sides, as one; without those of no case."""
+    parts = grouped((name, cases) for name, cases in stated if len(cases))
+    return {name: joined(of) for name, of in parts.items()}
 
 
 def of_frames(run: Finished) -> Iterator[Stated]:
@@ -73,32 +79,32 @@ def of_frames(run: Finished) -> Iterator[Stated]:
     if run.lifted and is_finite(run.truth.truth).all():
         yield from joints(run)
     if run.levelled:
-        yield up(run)
-        yield rotation(run)
+        yield "up", up(run)
+        yield "BODY's rotation", rotation(run)
         if run.lifted and run.take.kinematics:
             yield from angles(run)
     if run.lifted:
         yield from paths(run)
 
 
-def up(run: Finished) -> Stated:
+def up(run: Finished) -> Cases:
     """One case a take before a static camera, one a frame before a moving one."""
     rectified = run.done.need("rectified")
     found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(run.rows), 3))
     true = np.broadcast_to(run.truth.up, (len(run.truth.lying), 3))[run.rows]
     error, half = angle_deg(found, true), rectified.up_bound_deg
     if run.static:
-        return run.stated("up", error[:1], half[:1], run.reached())
-    return run.stated("up", error, half)
+        return run.stated(error[:1], half[:1], **run.reached())
+    return run.stated(error, half)
 
 
-def rotation(run: Finished) -> Stated:
+def rotation(run: Finished) -> Cases:
     """BODY's rotation."""
     rectified = run.done.need("rectified")
     error = geodesic_deg(rectified.R_source_from_body, run.truth.R_camera_from_body[run.rows])
     of_up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
     half = np.hypot(_UP_90 * of_up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - of_up**2))
-    return run.stated("BODY's rotation", error, half)
+    return run.stated(error, half)
 
 
 def joints(run: Finished) -> Iterator[Stated]:
@@ -111,8 +117,7 @@ def joints(run: Finished) -> Iterator[Stated]:
         return
     R = transpose(rectified.R_source_from_level)
     found, true = filtered.joints.astype(np.float64), rotate(R, run.truth.truth[run.rows])
-    lengths = (np.linalg.norm(x[:, _AWAY], axis=-1) for x in (scaled(found, true, "take"), found))
-    size = float(np.nanmedian(np.divide(*lengths)))
+    size = scale_of(found, true, "take").item()
     error = size * found[:, _AWAY] - true[:, _AWAY]
     covariance = size**2 * filtered.covariance[:, _AWAY].astype(np.float64)
     fine = is_finite(covariance.reshape(*error.shape[:2], 9)) & is_finite(error)
@@ -123,7 +128,7 @@ def joints(run: Finished) -> Iterator[Stated]:
 
     ray = np.broadcast_to(turning.ray[:, None], error.shape)[fine]
     reach = np.linalg.norm(found[:, _AWAY], axis=-1) / implied_stature(filtered.joints)
-    bins = {name: of_each(values) for name, values in run.bins.items()}
+    bins = {name: of_each(run.stances[name]) for name in BINS}
     pitch, focal = of_each(turning.pitch), of_each(turning.focal)
     known = {
         "stated": np.sqrt(np.einsum("tjii->tj", covariance))[fine],
@@ -135,7 +140,7 @@ def joints(run: Finished) -> Iterator[Stated]:
     error, covariance = error[fine], covariance[fine]
     solved = np.linalg.solve(covariance, error[..., None])[..., 0]
     distance = np.sqrt(np.maximum((solved * error).sum(-1), 0))
-    yield run.stated("joints", distance, np.full(len(distance), _CHI_90), bins)
+    yield "joints", run.stated(distance, np.full(len(distance), _CHI_90), **bins)
     lever = size**2 * levers(filtered.joints, turning.ray)[:, _AWAY][fine]
     own = size**2 * own[:, _AWAY][fine]
     along = (error * ray).sum(-1)
@@ -147,7 +152,7 @@ def joints(run: Finished) -> Iterator[Stated]:
         square = part(lever, ray)
         parts = {"own": part(own, ray), "by focal": square * focal**2, "by pitch": square * pitch**2}
         squares = {name: factor**2 * each for name, each in parts.items()}
-        yield run.stated(statement, miss, factor * np.sqrt(part(covariance, ray)), {**known, **squares})
+        yield statement, run.stated(miss, factor * np.sqrt(part(covariance, ray)), **known, **squares)
 
 
 def _along(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
@@ -170,23 +175,22 @@ def angles(run: Finished) -> Iterator[Stated]:
         take.need("poses"), take.need("rectified"), take.need("filtered"), plain
     )
     true_rates = angle_rates(run.true_angles, run.truth.keypoints.times)
-    columns, parts = take.need("kinematics"), dict[str, list[Stated]]()
+    columns = take.need("kinematics")
     for name in ANGLES:
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
-        true, raw = run.true_angles[name], parts_of[name]
+        true, raw, both = run.true_angles[name], parts_of[name], of_both(name)
         use = (true.reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE) & np.isfinite(raw.noise_deg)
         error = np.where(use, near(value - true.value_deg[rows], 0.0), np.nan)
         known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
-        known |= {each: of[each] for each in (*FEATURES, "posture")} | {"arms": of[arms_of(name)]}
-        both = of_both(name)
-        parts.setdefault(both, []).append(run.stated(both, error, SD_90 * sd, known))
+        known |= {each: of[each] for each in FEATURES} | {"arms": of[arms_of(name)]}
+        yield both, run.stated(error, SD_90 * sd, **known)
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         model = noise.of_model(name, rate_sd, rate, faster)
-        known = {"rate": np.abs(rate), "model": model, "faster": faster, **run.bins}
-        of_rate = run.stated(f"rate of {both}", error, SD_90 * rate_sd, known)
-        parts.setdefault(of_rate.statement, []).append(of_rate)
-    yield from map(joined, parts.values())
+        yield (
+            f"rate of {both}",
+            run.stated(error, SD_90 * rate_sd, rate=np.abs(rate), model=model, faster=faster),
+        )
 
 
 def paths(run: Finished) -> Iterator[Stated]:
@@ -195,7 +199,7 @@ def paths(run: Finished) -> Iterator[Stated]:
     if camera.focal_source != "told":
         off = np.array([1 - run.truth.focal_px / camera.focal_px])
         half = np.array([SD_90 * camera.focal_sd_px / camera.focal_px])
-        yield run.stated("focal length, %", 100 * off, 100 * half, run.reached())
+        yield "focal length, %", run.stated(100 * off, 100 * half, **run.reached())
     root = run.done.need("poses").root
     if root is not None:
         yield from place(run)
@@ -203,7 +207,7 @@ def paths(run: Finished) -> Iterator[Stated]:
             if each.code == "placed":
                 off = frame_by_frame(root, run.truth.joints_camera[run.rows, _PELVIS])
                 half = np.full(len(off), each.values["within"])
-                yield run.stated("pelvis from frame to frame, m", off, half)
+                yield "pelvis from frame to frame, m", run.stated(off, half)
     if run.levelled and run.static:
         yield from motions(run)
 
@@ -218,17 +222,14 @@ def place(run: Finished) -> Iterator[Stated]:
     along = unit(true)
     right = unit(np.cross(along, [0.0, 1.0, 0.0]))
     for way, axes in {"along": [along], "across": [right, np.cross(right, along)]}.items():
-        parts = []
         for axis in axes:
             sd = np.sqrt(np.einsum("tj,tjk,tk->t", axis, path.covariance, axis))
             off = ((path.points - true) * axis).sum(axis=1)
-            parts.append(run.stated(f"pelvis {way} the ray, m", off, SD_90 * sd))
-        yield joined(parts)
+            yield f"pelvis {way} the ray, m", run.stated(off, SD_90 * sd)
     if path.shared is not None:
-        lifted = poses.joints.astype(np.float64)
-        size = person_size(lifted) / person_size(scaled(lifted, truth.truth[run.rows], "take"))
-        off, half = np.array([100 * (size - 1)]), np.array([100 * SD_90 * path.shared[0]])
-        yield run.stated("body's size, %", off, half, run.reached())
+        scale = scale_of(poses.joints.astype(np.float64), truth.truth[run.rows], "take").item()
+        off, half = np.array([100 * (1 / scale - 1)]), np.array([100 * SD_90 * path.shared[0]])
+        yield "body's size, %", run.stated(off, half, **run.reached())
 
 
 def frame_by_frame(found: np.ndarray, true: np.ndarray) -> np.ndarray:
@@ -249,35 +250,32 @@ def motions(run: Finished) -> Iterator[Stated]:
     time_s, upright = run.truth.keypoints.times[rows], ~run.truth.lying[rows]
     if not is_finite(true).all():
         return
-    signals = {"": true, "v": derivative(filtered(true, time_s), time_s), "a": accelerations(true, time_s)}
+    signals = {"": true, "v": derivative(smoothed(true, time_s), time_s), "a": accelerations(true, time_s)}
     for part in ("wrist", "ankle"):
         for prefix, quantity in _QUANTITIES.items():
-            parts = []
             for joint in (f"r_{part}", f"l_{part}"):
                 for i, axis in enumerate("xyz"):
                     column = f"{joint}_{prefix}{axis}"
                     error = columns[column] - signals[prefix][:, H36M17.index(joint), i]
                     half = SD_90 * columns.get(f"{column}_sd", np.full(len(rows), np.nan))
-                    parts.append(run.stated(f"{part} {quantity}", np.where(upright, error, np.nan), half))
-            yield joined(parts)
+                    yield f"{part} {quantity}", run.stated(np.where(upright, error, np.nan), half)
 
 
 def of_figures(run: Finished) -> Iterator[Stated]:
     """Every figure with an error whose truth is known; nothing of a take that a run refuses or cannot level."""
     if not run.levelled:
         return
-    every = compared(run).figures
+    every = [(name, of) for name, of in compared(run) if isinstance(of, Cases)]
     if run.static:
-        of_walks = {each.statement: each for each in walks(run, true_gait(run.truth))}
-        named = {statement: of_walks.get(name) for statement, name in _OF_WALKS.items()}
-        every += [replace(each, statement=name) for name, each in named.items() if each is not None]
+        of_walks = dict(walks(run, true_gait(run.truth)))
+        every += [(name, of_walks[figure]) for name, figure in _OF_WALKS.items() if figure in of_walks]
     if run.lifted and run.static:
         every += movements(run)
     if run.lifted and run.done.kinematics:
         every += within(run)
     whole = run.reached()
-    known = (each if each.known else replace(each, known=whole) for each in every)
-    yield from map(joined, by_statement(each.judged() for each in known).values())
+    for name, cases in every:
+        yield name, Cases(cases.person, {**whole, **cases.values}).judged()
 
 
 def movements(run: Finished) -> Iterator[Stated]:
@@ -289,9 +287,8 @@ def movements(run: Finished) -> Iterator[Stated]:
     for names, movement in _MOVEMENTS.items():
         found = run.done.figures.group(*names)
         for figure, row, truth in same_rows(found, true.group(*names)):
-            known = run.reached() if row.number is None else run.reached(found.spans[row.number])
-            of = run.figure(f"{movement}: {figure}", row.value, truth.value, bar(row.error))
-            yield replace(of, known=known)
+            known = {} if row.number is None else run.reached(found.spans[row.number])
+            yield f"{movement}: {figure}", run.figure(row.value, truth.value, row.error, **known)
 
 
 def same_rows(found: Measures, true: Measures) -> Iterator[tuple[str, Measure, Measure]]:
@@ -313,24 +310,26 @@ def same_rows(found: Measures, true: Measures) -> Iterator[tuple[str, Measure, M
             yield figure, row, truth
 
 
-class Ranged(NamedTuple):
-    """An angle's range in degrees, found and true over the same frames. ends: the standard deviation that independent
-    errors of its ends would give it; error: the stated one."""
+class Compared(NamedTuple):
+    """A figure in degrees, found and true, and its stated standard deviation. ends: of a range, the standard deviation
+    that independent errors of its ends would give it."""
 
     found: float
     true: float
-    ends: float
     error: float
+    ends: float = float("nan")
+
+    def less(self, other: Compared) -> tuple[float, float, float]:
+        """By how much it is larger, found and true, and the standard deviation that independent errors would give."""
+        return self.found - other.found, self.true - other.true, float(np.hypot(self.error, other.error))
 
 
 class Repeated(NamedTuple):
-    """Two repetitions of an angle in a take: their peaks in degrees, found and true, their errors, and the stated
-    minimal detectable change."""
+    """The peaks of two repetitions of an angle in a take, and the stated minimal detectable change."""
 
     angle: str
-    found: tuple[float, float]
-    true: tuple[float, float]
-    errors: tuple[float, float]
+    first: Compared
+    second: Compared
     mdc90: float
 
 
@@ -340,20 +339,20 @@ def within(run: Finished) -> Iterator[Stated]:
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
         for side in of:
-            yield run.figure(f"range of {both}", side.found, side.true, bar(side.error))
+            yield f"range of {both}", run.figure(side.found, side.true, side.error)
         index = run.done.figures.group("symmetry", both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             right, left = of
             size = (right.found + left.found) / 2  # an index in degrees, for that of small ranges has none
-            pair = right.found - left.found, right.true - left.true
-            yield run.figure(f"right less left range of {both}", *pair, bar(index.error) / 100 * size)
+            found, true, _ = right.less(left)
+            yield f"right less left range of {both}", run.figure(found, true, index.error / 100 * size)
     for two in repetitions(run):
-        off = float(near(np.array(two.found[0] - two.found[1] - two.true[0] + two.true[1]), 0.0))
-        yield run.figure("peak less peak", off, 0.0, two.mdc90)
+        found, true, _ = two.first.less(two.second)
+        yield "peak less peak", run.figure(float(near(np.array(found - true), 0.0)), 0.0, two.mdc90 / SD_90)
 
 
-def ranges(run: Finished) -> dict[str, Ranged]:
-    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it."""
+def ranges(run: Finished) -> dict[str, Compared]:
+    """Those of each angle that states one with its error; nothing where the truth lacks frames of it."""
     columns, every = run.done.kinematics or {}, {}
     for name in ANGLES:
         row = run.done.figures.group("range_of_motion", name).figure("p05_p95")
@@ -366,7 +365,7 @@ def ranges(run: Finished) -> dict[str, Ranged]:
         if np.isfinite(beside).sum() >= _VISIBLE * visible.sum():
             _, sds = ends(values, columns[f"{name}_sd_deg"])
             (low, high), _ = ends(beside, np.full(len(beside), np.nan))
-            every[name] = Ranged(row.value, high - low, float(np.hypot(*sds)), row.error)
+            every[name] = Compared(row.value, high - low, row.error, float(np.hypot(*sds)))
     return every
 
 
@@ -381,9 +380,10 @@ def repetitions(run: Finished) -> Iterator[Repeated]:
             continue
         true = run.true_angles[angle].value_deg[run.rows]
         at = [true[(times >= start) & (times <= stop)] for start, stop in group.spans]
-        peaks = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
-        both = [(peak, peaks[peak.number or 0]) for peak in group.repetitions("peak")]
-        for (row, first), (later, second) in combinations(both, 2):
-            if np.isfinite(first + second) and row.error is not None and later.error is not None:
-                errors = (row.error, later.error)
-                yield Repeated(angle, (row.value, later.value), (first, second), errors, mdc90)
+        highest = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
+        peaks = [
+            Compared(peak.value, highest[peak.number or 0], peak.error)
+            for peak in group.repetitions("peak")
+            if peak.error is not None and np.isfinite(highest[peak.number or 0])
+        ]
+        yield from (Repeated(angle, first, second, mdc90) for first, second in combinations(peaks, 2))

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +30,8 @@ from ...common.metrics import joint_error
 from ...common.residuals import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.votes import PersonFrames
-from ..common.metrics import Figure, OfTake, Row, figures, mean
+from ..common.cases import Cases, Row, figures
+from ..common.metrics import Figure, mean
 from ..mocap.clips import subject_of
 from .runs import Configuration, lifted
 from .testbed import SeenTake, accelerations, joints_of, lifted_by, simulated_look
@@ -43,7 +44,6 @@ _LONG_S = 2.0
 LONG, _SHORT, _PARTLY, _LYING = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
-_ERRORS = ("tilt", "rotation", "mpjpe")
 _PARTS = {part: H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("wrist", "ankle")}
 _ALONG = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
 
@@ -102,16 +102,8 @@ def with_heading(R: np.ndarray, R_true: np.ndarray, per: str = "take") -> np.nda
     return R @ from_columns(*(np.stack(v, -1) for v in ((c, s, zero), (-s, c, zero), (zero, zero, one))))
 
 
-class Judged(NamedTuple):
-    """One take: tilt and rotation (degrees) and MPJPE (mm) of every frame, NaN without an answer; and whether a method
-    that answers for the take levels it."""
-
-    errors: OfTake
-    levelled: bool | None
-
-
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("takes", "LABEL, lifted, GROUP", "takes", "frames", and "methods", method): Judged; and ("acceleration", "LABEL,
+    """("takes", "LABEL, lifted, GROUP", "takes", "frames", and "methods", method): Cases; and ("acceleration", "LABEL,
     lifted", "takes", "left out", and "lift", method, part, direction): RMSE."""
     for people in asked.sets:
         for take in lifted(asked, people):
@@ -140,10 +132,11 @@ def summary(values: list[Any]) -> dict[str, Any]:
     methods also the share levelled."""
     if isinstance(values[0], float):
         return {"rmse": Figure.of(np.array(values))}
-    takes, levelled = zip(*values, strict=True)
-    of_takes = Figure.of(np.array([mean(take.values["tilt"]) for take in takes]))
-    share = {} if levelled[0] is None else {"levelled": sum(levelled) / len(levelled)}
-    return figures(takes, _ERRORS) | {"tilt": of_takes} | share
+    result = figures(values, ("tilt", "rotation", "mpjpe"))
+    result["tilt"] = Figure.of(np.array([mean(take["tilt"]) for take in values]))
+    if "levelled" in result:
+        result["levelled"] = sum(take["levelled"][0] for take in values) / len(values)
+    return result
 
 
 def group_of(seen: SeenTake) -> str:
@@ -155,14 +148,19 @@ def group_of(seen: SeenTake) -> str:
     return LONG if len(seen.lying) / seen.keypoints.fps >= _LONG_S else _SHORT
 
 
-def judge(seen: SeenTake, answer: Answer) -> Judged:
-    """The answer against the truth; its joints in metres, lifted or true."""
+def judge(seen: SeenTake, answer: Answer) -> Cases:
+    """The answer against the truth; its joints in metres, lifted or true. Of every frame tilt and rotation (degrees)
+    and MPJPE (mm), NaN without an answer; and whether a method that answers for the take levels it."""
     R, R_true = answer.R_camera_from_body, seen.R_camera_from_body
     body, truth = rotate(transpose(R), answer.joints), rotate(transpose(R_true), seen.truth)
-    tilt = angle_deg(R[..., 2], np.broadcast_to(seen.up, R[..., 2].shape))
-    errors = tilt, geodesic_deg(R, R_true), 1000 * joint_error(body, truth)
-    levelled = None if answer.levelled is None else not why_not(answer.levelled)
-    return Judged(OfTake(subject_of(seen.clip), dict(zip(_ERRORS, errors, strict=True))), levelled)
+    values = {
+        "tilt": angle_deg(R[..., 2], np.broadcast_to(seen.up, R[..., 2].shape)),
+        "rotation": geodesic_deg(R, R_true),
+        "mpjpe": 1000 * joint_error(body, truth),
+    }
+    if answer.levelled is not None:
+        values["levelled"] = np.full(len(R), float(not why_not(answer.levelled)))
+    return Cases(subject_of(seen.clip), values)
 
 
 def added(

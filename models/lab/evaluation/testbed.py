@@ -11,7 +11,7 @@ import json
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -24,13 +24,14 @@ from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import is_finite, rotate, unit
+from ....pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ....pipeline.core.take import Video
 from ....pipeline.files.arrays import load_all
 from ....pipeline.reading.choose import choose_person
 from ....pipeline.reading.load import read_video
 from ....pipeline.running.progress import each
-from ....pipeline.signals.filters import derivative, lowpass
+from ....pipeline.signals.filters import derivative
+from ...angle_error.take_angles import smoothed
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...detector.load import load_detector
@@ -68,20 +69,27 @@ class SeenTake:
 
     keypoints: the detector's answer, IMAGE, pixels. image_size, focal_px: the camera's.
     joints_camera: (T, 17, 3) metres, the truth, origin at the camera.
-    R_camera_from_body: (T, 3, 3), the truth by design.md section 4. R_camera_from_world: (3, 3), or (T, 3, 3) of a
-        camera that pans, world +Z up; its third column is `up`.
-    lying: (T,) by trunk angle. clip, subject: where it comes from.
+    R_camera_from_world: (3, 3), or (T, 3, 3) of a camera that pans, world +Z up; its third column is `up`.
+    clip, subject: where it comes from.
     """
 
     keypoints: PoseSequence
     image_size: tuple[int, int]
     focal_px: float
     joints_camera: np.ndarray
-    R_camera_from_body: np.ndarray
     R_camera_from_world: np.ndarray
-    lying: np.ndarray
     clip: str
     subject: str
+
+    @cached_property
+    def R_camera_from_body(self) -> np.ndarray:
+        """(T, 3, 3), the truth by design.md section 4."""
+        return self.R_camera_from_world @ R_world_from_body(self.world)
+
+    @cached_property
+    def lying(self) -> np.ndarray:
+        """(T,) by trunk angle."""
+        return lying(self.world)
 
     @property
     def up(self) -> np.ndarray:
@@ -93,10 +101,10 @@ class SeenTake:
         """(T, 17, 3) metres, CAMERA axes, relative to the pelvis."""
         return relative(self.joints_camera)
 
-    @property
+    @cached_property
     def world(self) -> np.ndarray:
         """(T, 17, 3) metres, +Z up, the origin at the camera."""
-        return rotate(np.swapaxes(self.R_camera_from_world, -1, -2), self.joints_camera)
+        return rotate(transpose(self.R_camera_from_world), self.joints_camera)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,21 +177,15 @@ def see(
     pixels, confidence = (
         found[0].numpy() for found in detect(cameras.project(shown), shown, draw, clip.fps, noise)
     )
-    world, joints = moving[0].numpy(), shown[0].numpy()
     R_camera_from_world = cameras.R_camera_from_world[0].numpy()
-    if not views.pans:
-        R_camera_from_world = R_camera_from_world[0]
     time_s = np.arange(len(clip)) / clip.fps
-    keypoints = PoseSequence(pixels, H36M17, IMAGE, confidence, time_s, np.arange(len(clip)))
     width, height = (int(side) for side in cameras.image_size[0])
     return SeenTake(
-        keypoints=keypoints,
+        keypoints=PoseSequence(pixels, H36M17, IMAGE, confidence, time_s, np.arange(len(clip))),
         image_size=(width, height),
         focal_px=float(cameras.focal_px[0]),
-        joints_camera=joints,
-        R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
-        R_camera_from_world=R_camera_from_world,
-        lying=lying(world),
+        joints_camera=shown[0].numpy(),
+        R_camera_from_world=R_camera_from_world if views.pans else R_camera_from_world[0],
         clip=clip.name,
         subject=clip.subject,
     )
@@ -216,14 +218,9 @@ def joints_of(poses: PoseSequence, truth: np.ndarray) -> np.ndarray:
     return scaled(poses.joints.astype(np.float64), truth, "take")
 
 
-def filtered(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """path (T, J, 3) without gaps through the low-pass."""
-    return lowpass(path.reshape(len(path), -1), time_s).reshape(path.shape)
-
-
 def accelerations(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """(T, J, 3) m/s^2 of path (T, J, 3) metres without gaps, filtered."""
-    return derivative(filtered(path, time_s), time_s, order=2)
+    return derivative(smoothed(path, time_s), time_s, order=2)
 
 
 def _rng(clip: Clip, *seeds: int) -> np.random.Generator:
@@ -246,18 +243,8 @@ def real_takes(name: str) -> Iterator[tuple[str, SeenTake, Video]]:
         else:
             R_camera_from_world = said["R_camera_from_world"]
             joints = rotate(R_camera_from_world, whole_body(limbs)) + said["t_m"]
-        world = rotate(R_camera_from_world.T, joints)
-        truth = SeenTake(
-            keypoints=keypoints,
-            image_size=video.size,
-            focal_px=float(said["focal_px"].mean()),
-            joints_camera=joints,
-            R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
-            R_camera_from_world=R_camera_from_world,
-            lying=lying(world),
-            clip=camera,
-            subject="real take",
-        )
+        focal_px = float(said["focal_px"].mean())
+        truth = SeenTake(keypoints, video.size, focal_px, joints, R_camera_from_world, camera, "real take")
         yield "real take", truth, video
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from ....pipeline.core.notices import verdict
 from ....pipeline.core.rotations import is_finite
 from ...common.metrics import rigid_error
-from ..common.metrics import Figure, Row, person_size
+from ..common.cases import Row
+from ..common.metrics import Figure, person_size
 from ..mocap.clips import Clip
 from .runs import Configuration, Finished, finished
 

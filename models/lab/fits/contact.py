@@ -9,9 +9,8 @@ and the extra `train`; with OMP_NUM_THREADS=1 one machine makes the same file ev
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -20,13 +19,13 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
+from ...angle_error.take_angles import smoothed
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gait.contact import ContactNet, window_features
-from ...gait.gait import ON_FLOOR
 from ...lifter.builtin import lifted
-from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, filtered, joints_of, see
-from ..mocap.clips import Clip, Subjects, data_set, read_clips
+from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, joints_of, see
+from ..mocap.clips import Clip, data_set, read_clips
 from ..mocap.contact import true_contact
 
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off
@@ -39,12 +38,6 @@ _SOON_S = 0.4
 _RUNS = 4.0  # weight of frames of runs, which are one in 25
 _RUN_MPS = 1.9  # of the pelvis over the floor, mean of 0.5 s: faster than people walk
 _RUN_S = 0.5
-
-
-def material(subjects: Subjects) -> Iterator[Clip]:
-    """Takes of CMU and ACCAD."""
-    clips = (clip for clip in read_clips(subjects) if data_set(clip) != "tennis")
-    return (clip for clip in clips if len(clip) >= MIN_FRAMES)
 
 
 def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -94,14 +87,14 @@ def floor_speed(joints: np.ndarray, fps: float) -> np.ndarray:
 
 def in_body(level: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """(T, 17, 3) low-passed joints in BODY axes, by the definition of those; level: (T, 17, 3) with +Z up."""
-    smooth = filtered(level, time_s)
+    smooth = smoothed(level, time_s)
     return rotate(transpose(R_world_from_body(smooth)), smooth)
 
 
-def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray, seed: int = 0) -> ContactNet:
+def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray) -> ContactNet:
     """The network that says best which of the frames are contacts. features (N, F), contact (N,) 0 or 1, weight (N,) in
     the cross-entropy."""
-    torch.manual_seed(seed)
+    torch.manual_seed(_SEED)
     centre, scale = features.mean(axis=0), features.std(axis=0) + 1e-6
     x = torch.tensor((features - centre) / scale, dtype=torch.float32)
     y, w = (torch.tensor(values, dtype=torch.float32) for values in (contact, weight / weight.mean()))
@@ -125,36 +118,17 @@ def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray, seed:
     return ContactNet(centre, scale, hidden.T, hidden_bias, out[0], float(out_bias[0]))
 
 
-def scores(net: ContactNet, features: np.ndarray, contact: np.ndarray) -> dict[str, float]:
-    """Precision, recall and accuracy of contact (N,) by features (N, F)."""
-    yes, is_so = net.probability(features) > ON_FLOOR, contact > 0.5
-    both = (yes & is_so).sum()
-    return {
-        "precision": float(both / yes.sum()),
-        "recall": float(both / is_so.sum()),
-        "accuracy": float((yes == is_so).mean()),
-        "frames": len(yes),
-    }
-
-
 def learn(output: Path) -> None:
     """Write the network that was learned."""
-    parts = [examples(material("train"), i, bed) for i, bed in enumerate(BEDS)]
+    clips = [clip for clip in read_clips("train") if data_set(clip) != "tennis" and len(clip) >= MIN_FRAMES]
+    parts = [examples(clips, i, bed) for i, bed in enumerate(BEDS)]
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
-    net = trained(features, contact, weight, _SEED)
-    judged = examples(material("val"), _SEED, "wild")
-    said = {name: round(value, 3) for name, value in scores(net, *judged[:2]).items()}
-    content: dict[str, Any] = {
+    net = trained(features, contact, weight)
+    content = {
         "made_by": "pcnet3d lab refit",
         "learned_on": f"{len(features):,} frames of feet of CMU and ACCAD train subjects, lifted and as captured",
         "seed": _SEED,
-        "validation": said,
         "joints": f"{H36M17.name}, see contact.window_features",
-        **{
-            name: np.round(getattr(net, name), 5).tolist()
-            for name in ("centre", "scale", "hidden", "hidden_bias", "out")
-        },
-        "out_bias": round(net.out_bias, 5),
+        **{name: np.round(value, 5).tolist() for name, value in vars(net).items()},
     }
     write_text(output, json.dumps(content) + "\n")
-    print(f"{output}: validation {said}")

@@ -16,9 +16,10 @@ from pathlib import Path
 
 from ....pipeline.files.atomic import write_text
 from ...gait.errors import ERROR_FILE
+from ..common.cases import Cases, grouped
 from ..evaluation import judge
-from ..evaluation.gait import PATHS, SIDES_APART, true_gait, walks
-from ..evaluation.judge import STRANGERS, Stated
+from ..evaluation.gait import SIDES_APART, true_gait, walks
+from ..evaluation.judge import STRANGERS
 from ..evaluation.runs import Configuration, EvaluationSet, Finished, finished
 from ..evaluation.testbed import BEDS
 
@@ -27,30 +28,28 @@ _FEWEST = 3  # people
 _NO_ERRORS = ("most", "usual_scatter")  # of a figure's parts
 
 Parts = Mapping[str, Mapping[str, Mapping[str, float]]]  # {"walking", "running": {figure: parts}}
-# A take's walks as a run states them: "walking" or "running", as it was found; by figure, of differences of the sides
-# with SIDES_APART behind.
-Walk = tuple[str, Mapping[str, Stated]]
+# Figures of takes' walks as runs state them: "walking" or "running", as it was found, and the figure, of a difference
+# of the sides with SIDES_APART behind.
+Found = Mapping[tuple[str, str], Sequence[Cases]]
 
 
-def walks_of(takes: Iterator[Finished]) -> Iterator[Walk]:
+def walks_of(takes: Iterator[Finished]) -> Iterator[tuple[tuple[str, str], Cases]]:
     """Those of takes in which somebody walks and walks are found."""
     for run in takes:
         if run.levelled:
-            stated = map(Stated.judged, walks(run, true_gait(run.truth)))
             gait = run.done.figures.group("walking").text("gait")
-            yield (
-                "running" if gait == "running" else "walking",
-                {each.statement: each for each in stated if len(each.error)},
-            )
+            for figure, cases in walks(run, true_gait(run.truth)):
+                if len(stated := cases.judged()):
+                    yield ("running" if gait == "running" else "walking", figure), stated
 
 
-def widened(errors: Parts, found: Sequence[Walk], behind: str = "") -> Parts:
+def widened(errors: Parts, found: Found, behind: str = "") -> Parts:
     """The parts times the factors on the bars that they make. A figure of a gait that too few people show has the
     factor of that figure in both gaits, or 1. behind: what ends the names of the figures."""
 
     def factor(gait: str, name: str) -> float:
-        of_both = [(kind, stated[name + behind]) for kind, stated in found if name + behind in stated]
-        for takes in ([each for kind, each in of_both if kind == gait], [each for _, each in of_both]):
+        own, other = (found.get((each, name + behind), []) for each in (gait, *(errors.keys() - {gait})))
+        for takes in (own, [*own, *other]):
             if len({each.person for each in takes}) >= _FEWEST:
                 return max(1.0, judge.factor(takes, STRANGERS))
         return 1.0
@@ -68,17 +67,17 @@ def learn(output: Path) -> None:
     """Write the errors that were fitted."""
     sets = [EvaluationSet("CMU val", "val", of="cmu"), EvaluationSet("ACCAD m1", "val", of="accad")]
     asked = {
-        "lifted": [Configuration(bed=bed, focal_known=known) for bed in BEDS for known in PATHS.values()],
+        "lifted": [Configuration(bed=bed, focal_known=known) for bed in BEDS for known in (True, False)],
         "measured": [Configuration(lifter="", up_told=True)],  # cameras make no difference
     }
     content = json.loads(ERROR_FILE.read_text(encoding="utf-8"))
     for source, configurations in asked.items():
-        found = [
+        found = grouped(
             walk
             for seed in range(_SEEDS)
             for how in configurations
             for walk in walks_of(finished(replace(how, seed=seed), sets))
-        ]
+        )
         for name, behind in (("figures", ""), ("differences", SIDES_APART)):
             content[source][name] = widened(content[source][name], found, behind)
     write_text(output, json.dumps(content, indent=1) + "\n")

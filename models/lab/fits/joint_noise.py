@@ -19,13 +19,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import is_finite, kabsch, rotate
 from ....pipeline.files.atomic import write_text
 from ....pipeline.plugins.protocols import Rectifier
-from ...angle_error.joint_noise import (
-    JOINTS,
-    JointNoise,
-    heading_error,
-    limb_spread,
-    shipped_noise,
-)
+from ...angle_error.joint_noise import JOINTS, JointNoise, heading_error, limb_spread, shipped_noise
 from ...angle_error.take_angles import smoothed
 from ...common.residuals import stated_spread
 from ...gravity.levelling import level_static, why_not

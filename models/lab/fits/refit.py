@@ -28,7 +28,8 @@ from ...gait.contact import CONTACT_FILE
 from ...gait.errors import ERROR_FILE
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..evaluation import errors
+from ..evaluation.errors import FITTED, RAISED
+from ..evaluation.evaluate import measured
 from ..evaluation.runs import Configuration
 from . import contact, gait_errors, joint_noise, visits
 
@@ -60,8 +61,8 @@ def steps() -> list[Step]:
 
 def kit(seed: int, fit: bool, output: Path) -> None:
     """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
-    parts = (*errors.FITTED, errors.RAISED) if fit else None
-    errors.tables(Configuration(seed=seed), output.parent, parts, fit)
+    parts = (*FITTED, RAISED) if fit else ()
+    measured("errors", Configuration(seed=seed, part=parts, fit=fit), output.parent)
 
 
 def take_steps(folder: Path, of: Sequence[Step]) -> None:

@@ -30,17 +30,18 @@ from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import Between, figure_of, range_sd, same_part, shipped
-from ..evaluation import judge
-from ..evaluation.judge import STRANGERS, Stated, bar, by_statement
+from ..common.cases import Cases, grouped
+from ..evaluation.judge import STRANGERS, factor
 from ..evaluation.runs import Configuration, Finished, given, recipe_of
-from ..evaluation.statements import Ranged, ranges, repetitions
+from ..evaluation.statements import Compared, ranges, repetitions
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import Clip, lying, read_clips
 from ..synthetic.cameras import Cameras, ViewRange, place
 from ..synthetic.draw import NumpyDraw
 
-Kind = Between | Literal["range"]  # of what an error is: of a difference, or of a range
-Kinds = Mapping[str, Sequence[Stated]]  # what is stated, by kind
+# What an error is of: a difference, or a range; and the figure.
+Kind = tuple[Between | Literal["range"], str]
+Kinds = Mapping[Kind, Sequence[Cases]]
 _DRAWS = 2  # of cameras and detectors
 _RANGE = "range_of_motion."
 _LEAST_S, _LONGEST_S = 1.0, 10.0  # of a motion; of a longer one, its beginning
@@ -57,7 +58,7 @@ _CONFIGURATIONS = [
 ]
 
 
-def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Stated]]:
+def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Cases]]:
     """The figures of a clip's pairs of visits, of which the first is the same in all: "again" from the same tripod and
     from one that was set up again, and "elsewhere"; and of every run the pairs within it and its ranges (`_within`)."""
     rng = np.random.default_rng([asked.seed, zlib.crc32(clip.name.encode()), 4])
@@ -74,7 +75,7 @@ def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Stated]]:
     before = visit(first, asked.seed)
     figures = _figures(before)
     yield from _within(before)
-    pairs: list[tuple[Kind, Cameras]] = [("again", first), ("again", again), ("elsewhere", other)]
+    pairs: list[tuple[Between, Cameras]] = [("again", first), ("again", again), ("elsewhere", other)]
     for kind, camera in pairs:
         after = visit(camera, _AGAIN + asked.seed)
         yield from _within(after)
@@ -83,49 +84,41 @@ def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Stated]]:
             if row is None or row.error is None or second.error is None:
                 continue
             if same_part(before.done.figures.group(*row.group), after.done.figures.group(*second.group)):
-                found, errors = (row.value, second.value), (row.error, second.error)
-                yield kind, difference(after, key[0], found, errors)
+                error = float(np.hypot(row.error, second.error))
+                yield (kind, key[0]), after.figure(second.value - row.value, 0.0, error)
 
 
-def difference(
-    of: Finished, figure: str, found: tuple[float, float], errors: tuple[float, float], true: float = 0.0
-) -> Stated:
-    """How wrong the second figure less the first is, where it truly is `true`, and the 90 % bar that independent errors
-    of both would give it."""
-    return of.figure(figure, found[1] - found[0], true, bar(float(np.hypot(*errors))))
-
-
-def _within(run: Finished) -> Iterator[tuple[Kind, Stated]]:
+def _within(run: Finished) -> Iterator[tuple[Kind, Cases]]:
     """Pairs of sides and of repetitions of one run, and its ranges."""
-    of = ranges(run)
-    groups = run.done.figures.group("range_of_motion")
-    errors = {name: _range_error(name, of[name], run) for name in of}
+    of, groups = _ranges(run), run.done.figures.group("range_of_motion")
     for name, this in of.items():
         both = of_both(name)
-        yield "range", run.figure(both, this.found, this.true, bar(errors[name]))
+        yield ("range", both), run.figure(this.found, this.true, this.error)
         left = f"l_{both}"
         if name.startswith("r_") and left in of and same_part(groups.group(name), groups.group(left)):
-            found, true = (this.found, of[left].found), of[left].true - this.true
-            yield "sides", difference(run, _RANGE + both, found, (errors[name], errors[left]), true)
+            yield ("sides", _RANGE + both), run.figure(*of[left].less(this))
     for two in repetitions(run):
-        figure, true = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
-        yield "repetitions", difference(run, figure, two.found, two.errors, true)
+        yield ("repetitions", f"peak.{of_both(two.angle)}"), run.figure(*two.second.less(two.first))
 
 
-def _range_error(name: str, of: Ranged, run: Finished) -> float:
-    """By the parts in place, whichever lifter they were fitted to."""
-    return range_sd(of_both(name), of.found, of.ends, float(run.truth.keypoints.times[-1]))
+def _ranges(run: Finished) -> dict[str, Compared]:
+    """With the errors by the parts in place, whichever lifter they were fitted to."""
+    lasts_s = float(run.truth.keypoints.times[-1])
+    return {
+        name: of._replace(error=range_sd(of_both(name), of.found, of.ends, lasts_s))
+        for name, of in ranges(run).items()
+    }
 
 
 def _figures(run: Finished) -> dict[tuple[str, str], Measure]:
     """Those that two visits are compared by, by figure and side."""
-    figures, of, found = run.done.figures, ranges(run), {}
+    figures, of, found = run.done.figures, _ranges(run), {}
     gait = figures.group("walking").text("gait")
     for row in figures:
         if not isinstance(row, Measure) or (figure := figure_of(row, gait)) is None:
             continue
         if row.group[0] == "range_of_motion" and row.group[1] in of:
-            row = replace(row, error=_range_error(row.group[1], of[row.group[1]], run))
+            row = replace(row, error=of[row.group[1]].error)
         found[figure, row.side] = row
     return found
 
@@ -184,51 +177,50 @@ def clips() -> list[Clip]:
 def collected(seeds: Sequence[int]) -> Kinds:
     """The `visits` of all clips with each seed, in _CONFIGURATIONS in turn."""
     turns = [(seed + i, clip, seed) for seed in seeds for i, clip in enumerate(clips())]
-    kinds: dict[str, list[Stated]] = {}
-    for turn, clip, seed in each(iter(turns), "visits", len(turns)):
-        for kind, stated in visits(clip, replace(_CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed=seed)):
-            kinds.setdefault(kind, []).append(stated)
-    return kinds
+    return grouped(
+        pair
+        for turn, clip, seed in each(iter(turns), "visits", len(turns))
+        for pair in visits(clip, replace(_CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed=seed))
+    )
 
 
 def fit(kinds: Kinds) -> dict[str, object]:
     """What repeatability.json holds."""
-    by_angle = sorted(by_statement(kinds["range"]).items())
-    of_ranges = {angle: judge.factor(of, STRANGERS) for angle, of in by_angle}
+    by_angle = {
+        angle: factor(kinds[kind, angle], STRANGERS) for kind, angle in sorted(kinds) if kind == "range"
+    }
     in_place = shipped()["ranges"]
+    wider = {
+        _RANGE + angle: by for angle, by in by_angle.items()
+    }  # bars of ranges' differences, so many times
+    by_kind: dict[str, dict[str, list[Cases]]] = {place: {} for place in get_args(Between)}
+    for (kind, figure), takes in kinds.items():
+        if kind != "range":
+            bars = ((take, wider.get(figure, 1.0) * take["half"]) for take in takes)
+            by_kind[kind][figure] = [take.having(half=half) for take, half in bars]
     return {
         "made_by": "pcnet3d lab refit",
         "lifter": shipped_noise().lifter,
         "ranges": {
             angle: (round(by * ends, 2), round(by * found, 3))
-            for angle, by in of_ranges.items()
+            for angle, by in by_angle.items()
             for ends, found in [in_place.get(angle, (1.0, 0.0))]
         },
-        "factors": {
-            place: factors([_with_range(pair, of_ranges) for pair in kinds.get(place, ())])
-            for place in get_args(Between)
-        },
+        "factors": {kind: factors(by_figure) for kind, by_figure in by_kind.items()},
     }
 
 
-def _with_range(pair: Stated, of_ranges: Mapping[str, float]) -> Stated:
-    """One of ranges with a bar that is so many times as large, by angle; another as it is."""
-    by = of_ranges.get(pair.statement.removeprefix(_RANGE), 1.0) if pair.statement.startswith(_RANGE) else 1.0
-    return replace(pair, half=by * pair.half)
-
-
-def factors(pairs: Sequence[Stated]) -> dict[str, float]:
+def factors(by_figure: Mapping[str, Sequence[Cases]]) -> dict[str, float]:
     """{figure: factor}. A figure of few people and pairs has that of all of its kind, and none where they are few
     too."""
-    by_figure = by_statement(pairs)
-    by_kind = by_statement(replace(pair, statement=_kind(pair.statement)) for pair in pairs)
+    by_kind = grouped((_kind(figure), pair) for figure, pairs in by_figure.items() for pair in pairs)
     if "peak" in by_kind:  # of every angle, of which these people may have repeated none
-        by_figure = {f"peak.{angle}": [] for angle in OF_BOTH} | by_figure
+        by_figure = {f"peak.{angle}": [] for angle in OF_BOTH} | dict(by_figure)
     found = {}
     for figure, own in sorted(by_figure.items()):
         enough = next((of for of in (own, by_kind[_kind(figure)]) if _enough(of)), None)
         if enough is not None:
-            found[figure] = float(f"{judge.factor(enough):.2g}")
+            found[figure] = float(f"{factor(enough):.2g}")
     return found
 
 
@@ -237,7 +229,7 @@ def _kind(figure: str) -> str:
     return "repetitions" if kind in ("knee_bends", "arm_raises") else kind
 
 
-def _enough(pairs: Sequence[Stated]) -> bool:
+def _enough(pairs: Sequence[Cases]) -> bool:
     return len({pair.person for pair in pairs}) >= FEWEST_PEOPLE or len(pairs) >= FEWEST_PAIRS
 
 

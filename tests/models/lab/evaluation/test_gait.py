@@ -4,21 +4,22 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gait.gait import Stance
+from pcnet3d.models.lab.common.cases import Cases, grouped
 from pcnet3d.models.lab.evaluation import gait as module
-from pcnet3d.models.lab.evaluation.evaluate import tabled
+from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
-from pcnet3d.models.lab.evaluation.judge import STRANGERS, Stated
+from pcnet3d.models.lab.evaluation.judge import STRANGERS
 from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.models.lab.fits.gait_errors import widened
 from pcnet3d.pipeline.core.measures import read_measures
 
 
-def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk, monkeypatch):
+def test_captured_joints_have_the_true_steps_inside_their_errors(captured_walk, monkeypatch, tmp_path):
     monkeypatch.setattr(module, "finished", lambda asked: [captured_walk])
-    of = tabled(module.rows(Configuration()), module.summary)["sets"]["here"]
+    of = measured("gait", Configuration(), tmp_path)["sets"]["here"]
     walking, figures = of["walking"], of["walking"]["figures"]
     assert (walking["takes"], of["false steps"]) == (1, 0)
-    assert walking["steps"][0] == walking["steps"][1] >= 3
+    assert walking["steps"]["found"] == walking["steps"]["true"] >= 3
     for name in ("step_time_s", "stance_percent", "cadence", "step_time_s" + SIDES_APART):
         assert figures[name]["inside"] == 1, name
     assert figures["step_time_s"]["error"].p50 < 0.02
@@ -62,13 +63,13 @@ def test_errors_are_widened_until_nine_in_ten_hold_and_never_narrowed(size):
     """Of seven walkers; the one runner's are theirs too."""
     rng = np.random.default_rng(1)
     errors = size * rng.standard_normal(700)
-    found = [
+    found = grouped(
         (
-            "running" if i % 70 == 0 else "walking",
-            {"step_time_s": Stated("step_time_s", f"person {i % 7}", np.array([error]), np.array([1.645]))},
+            ("running" if i % 70 == 0 else "walking", "step_time_s"),
+            Cases(f"person {i % 7}", {"error": np.array([error]), "half": np.array([1.645])}),
         )
         for i, error in enumerate(errors)
-    ]
+    )
     parts = {"step_time_s": {"shared": 0.01, "each": 0.02, "most": 9.0, "usual_scatter": 0.04}}
     before = {gait: parts for gait in ("walking", "running")}
     assert widened(before, found, SIDES_APART) == before  # of which nobody shows any

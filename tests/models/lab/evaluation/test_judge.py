@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from pcnet3d.models.lab.common.cases import Cases
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation.errors import of_strangers, with_raised_arms
-from pcnet3d.models.lab.evaluation.judge import Stated, fitted, held_out, summed
+from pcnet3d.models.lab.evaluation.judge import fitted, held_out, summed
 
 
-def stated(person: str, error: np.ndarray, **known: np.ndarray) -> Stated:
-    return Stated("angle", person, error, np.ones(error.shape), known)
+def stated(person: str, error: np.ndarray, **known: np.ndarray) -> Cases:
+    return Cases(person, {"error": error, "half": np.ones(error.shape), **known})
 
 
 def test_every_person_counts_the_same_and_every_take_of_a_person():
@@ -24,22 +25,21 @@ def test_every_person_counts_the_same_and_every_take_of_a_person():
     rng = np.random.default_rng(0)
     takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
     by = judge.factor(takes)
-    assert judge.inside([replace(take, half=by * take.half) for take in takes]).inside == pytest.approx(
-        0.9, abs=0.01
-    )
+    wider = [take.having(half=by * take["half"]) for take in takes]
+    assert judge.inside(wider).inside == pytest.approx(0.9, abs=0.01)
     assert by > 3.0  # b's errors count as much as a's, who was filmed longer
 
 
 def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_of_it():
-    true, error, half = np.array([[2, 4, 6, 5], [1, 3, -2, 0], [2, 2, np.nan, 1]])
-    figures = summed([Stated("angle", "a", error, half, true=true)])
+    half, true = np.array([2, 2, np.nan, 1]), np.array([2, 4, 6, 5])
+    figures = summed([stated("a", np.array([1, 3, -2, 0]), true=true).having(half=half)])
     assert (figures["count"], figures["true"], figures["bias"]) == (4, 4.5, 0.5)
     assert (figures["error"].p50, figures["error"].mean) == (1.5, 1.5)
     assert figures["inside"] == pytest.approx(2 / 3)
 
 
-def squares(take: Stated) -> np.ndarray:
-    return np.stack([take.known["own"] ** 2, take.known["by"] ** 2], axis=1)
+def squares(take: Cases) -> np.ndarray:
+    return np.stack([take["own"] ** 2, take["by"] ** 2], axis=1)
 
 
 def test_fitted_bars_hold_at_every_size_on_people_left_out_and_in_every_unit():
@@ -51,11 +51,11 @@ def test_fitted_bars_hold_at_every_size_on_people_left_out_and_in_every_unit():
     weights = fitted(takes, squares)
     assert np.sqrt(weights) / 1.645 == pytest.approx([2.0, 1.5], rel=0.25)
     assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
-    own = [replace(take, half=np.sqrt(squares(take) @ weights)) for take in takes]
+    own = [take.having(half=np.sqrt(squares(take) @ weights)) for take in takes]
     for low in (0.5, 2.0, 3.5):
-        parts = [take.part((take.known["by"] >= low) & (take.known["by"] < low + 0.5)) for take in own]
+        parts = [take.where((take["by"] >= low) & (take["by"] < low + 0.5)) for take in own]
         assert judge.inside(parts).inside > 0.8
-    small = [replace(take, error=1e-3 * take.error) for take in takes]
+    small = [take.having(error=1e-3 * take["error"]) for take in takes]
     np.testing.assert_allclose(fitted(small, squares), 1e-6 * weights, rtol=0.01)
 
 
@@ -69,24 +69,24 @@ def test_what_a_posture_adds_is_fitted_beside_all_else_and_only_made_larger():
         error = rng.normal(0, np.hypot(4.0, 9.0 * np.maximum(arms - 90, 0) / 60))
         usual = dict.fromkeys(("found", "stated", "tilt", "lean", "speed", "posture"), np.zeros(1000))
         known = {**usual, "noise": np.full(1000, 4.0), "low": np.full(1000, 0.5), "arms": arms}
-        takes.append(Stated(name, person, error, np.ones(1000), known))
+        takes.append(stated(person, error, **known))
     grown, shares = with_raised_arms(noise, {name: takes})
     lean, low, arms_sd, speed = grown.postures[name]
     assert (lean, low, speed) == (1.0, 2.0, 3.0)
     assert arms_sd == pytest.approx(9.0, rel=0.15)
-    assert shares == {name: {"arms raised": pytest.approx(0.915, abs=0.02)}}
-    again = with_raised_arms(grown, {name: [replace(take, error=take.error / 9) for take in takes]})[0]
+    assert shares == {name: pytest.approx(0.915, abs=0.02)}
+    again = with_raised_arms(grown, {name: [take.having(error=take["error"] / 9) for take in takes]})[0]
     assert again.postures == grown.postures
 
 
 def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_person_there_are_none():
-    def rate(person: str, size: float) -> Stated:
+    def rate(person: str, size: float) -> Cases:
         error = size * np.random.default_rng(0).normal(size=250)
-        known = {"rate": np.zeros(250), "model": np.ones(250), "faster": np.zeros(250)}
-        return Stated("rate of knee_flexion", person, error, np.ones(250), known)
+        return stated(person, error, rate=np.zeros(250), model=np.ones(250), faster=np.zeros(250))
 
-    calm, wild = rate("a", 1.0), rate("b", 100.0)
-    found = of_strangers({"one": {calm.statement: [calm]}, "other": {wild.statement: [wild]}})[calm.statement]
+    calm, wild, name = rate("a", 1.0), rate("b", 100.0), "rate of knee_flexion"
+    groups = {"one": [calm], "other": [wild]}
+    found = {group: share for _, group, share in of_strangers({name: groups})}
     assert found["one"] == 1.0  # by the bars of the wild one
     assert found["other"] < 0.1
-    assert of_strangers({"one": {calm.statement: [calm]}}) == {}
+    assert list(of_strangers({name: {"one": [calm]}})) == []

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden import jumps as golden
+from pcnet3d.models.lab.common.cases import grouped, joined
 from pcnet3d.models.lab.evaluation.jumps import captured_flights, compared, true_flights
 from pcnet3d.models.lab.evaluation.runs import Finished
 from pcnet3d.models.lab.evaluation.testbed import see
@@ -34,9 +35,9 @@ def test_figures_are_paired_and_the_rest_is_a_hop_or_invented(truth):
         "flight_time_s": [first.land_s - first.off_s, 0.3, second.land_s - second.off_s + 0.02],
         "flight_time_error_s": [0.02, 0.02, 0.02],
     }
-    result = compared(Finished(Take("t", measures=read_measures({"jumps": found})), truth, ""))
-    assert (result.true, result.found, result.hops, result.invented) == (2, 2, 0, 1)
-    pairs = [case for case in result.figures if case.statement == "flight time, ms"]
-    assert [pair.error[0] for pair in pairs] == pytest.approx([0, 20], abs=1)
-    assert [pair.half[0] for pair in pairs] == pytest.approx([32.9, 32.9], abs=0.1)
-    assert compared(Finished(Take("t", measures=()), truth, "")).true == 2
+    result = grouped(compared(Finished(Take("t", measures=read_measures({"jumps": found})), truth, "")))
+    assert [result[name] for name in ("true", "found", "hops", "invented")] == [[2], [2], [0], [1]]
+    times = joined(result["flight time, ms"])
+    assert times["error"] == pytest.approx([0, 20], abs=1)
+    assert times["half"] == pytest.approx([32.9, 32.9], abs=0.1)
+    assert dict(compared(Finished(Take("t", measures=()), truth, "")))["true"] == 2

@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import runs as evaluation_sets
-from pcnet3d.models.lab.evaluation.evaluate import tabled
-from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, rows, summary
+from pcnet3d.models.lab.evaluation.evaluate import measured
+from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, summary
 from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
 
@@ -65,12 +65,12 @@ def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
     assert 20 < worse["pa_mpjpe"].mean < worse["mpjpe"].mean < 70
 
 
-def test_the_tables_of_several_rectifiers(clip, monkeypatch):
+def test_the_tables_of_several_rectifiers(clip, monkeypatch, tmp_path):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
     monkeypatch.setattr(module, "lifted_takes", lambda asked, of: clean_takes([clip], "wide", asked.seed))
     asked = evaluation_sets.Configuration(rectifiers=(Geometric(),), seed=3, people="test")
-    of = tabled(rows(asked), summary)["rectifiers"]["geometric"]["rows"]
+    of = measured("rectifiers", asked, tmp_path)["rectifiers"]["geometric"]["rows"]
     assert of["CMU test, clean, paper's views, upright"]["frames"] == 40
     assert of["HDM05, clean, wide views, lying"]["frames"] == 40
     assert of["HDM05, lifted, lying"]["frames"] == 0

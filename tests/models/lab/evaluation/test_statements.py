@@ -9,11 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from golden.virtual import walked
 from pcnet3d.models.angle_error.posture import POSTURES
+from pcnet3d.models.lab.common.cases import Cases, grouped
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation import judge
 from pcnet3d.models.lab.evaluation import runs as sets
-from pcnet3d.models.lab.evaluation.judge import Stated
-from pcnet3d.models.lab.evaluation.runs import Configuration, finished, reached
+from pcnet3d.models.lab.evaluation.evaluate import measured
+from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.evaluation.statements import (
     angles,
     joints,
@@ -24,9 +25,9 @@ from pcnet3d.models.lab.evaluation.statements import (
     rotation,
     same_rows,
     statements,
+    together,
     up,
 )
-from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import SD_90, Measure, Measures, Moments
 from pcnet3d.pipeline.core.path import RootPath
@@ -53,8 +54,13 @@ def with_(one, **changes):
     return replace(one, take=one.take.with_(**changes))
 
 
-def share(stated: Stated, factor: float = 1.0) -> float:
-    return judge.inside([replace(stated, half=factor * stated.half)]).inside
+def share(stated: Cases, factor: float = 1.0) -> float:
+    return judge.inside([stated.having(half=factor * stated["half"])]).inside
+
+
+def just_inside(stated: Cases) -> bool:
+    """Whether all cases are inside their bars, and none inside half of these."""
+    return (share(stated), share(stated, 0.5)) == (1, 0)
 
 
 def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(exact):
@@ -62,55 +68,56 @@ def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(e
     for name in ANGLES:
         columns[f"{name}_deg"] = columns[f"{name}_deg"] + 30.0
         columns[f"{name}_sd_deg"] = np.full(len(exact.rows), 33.0 / SD_90)
-    found = {one.statement: one for one in angles(with_(exact, kinematics=columns))}
-    assert {"knee_flexion", "rate of knee_flexion", "trunk_lean_frontal"} <= set(found)
-    for one in found.values():
-        if not one.statement.startswith("rate"):
-            assert (share(one), share(one, 0.5)) == (1, 0), one.statement
-            assert judge.factor([one]) == pytest.approx(30 / 33, rel=0.05)
-            assert 0.8 * frames <= len(one.error) <= 2 * frames
+    found = together(angles(with_(exact, kinematics=columns)))
+    assert {"knee_flexion", "trunk_lean_frontal"} <= set(found)
+    for name, one in found.items():
+        assert just_inside(one), name
+        assert judge.factor([one]) == pytest.approx(30 / 33, rel=0.05)
+        assert 0.8 * frames <= len(one) <= 2 * frames
 
 
 def test_bars_are_judged_posture_by_posture_people_who_lie_count_and_an_instant_does_not():
     """Only upright frames counted, while lying people had bars as well."""
 
-    def stated(person, postures, half):
-        known = {"posture": np.array([POSTURES.index(name) for name in postures]), "speed": np.zeros(100)}
-        return Stated("knee_flexion", person, np.full(100, 30.0), np.full(100, half), known)
+    def shares(*takes):
+        """Of 30 degrees of error. takes: (person, frames by posture, bar)."""
+        pairs = []
+        for person, frames, half in takes:
+            posture = np.concatenate([np.full(count, POSTURES.index(name)) for name, count in frames.items()])
+            values = {"error": np.full(len(posture), 30.0), "half": np.full(len(posture), half)}
+            pairs += report.by_posture(Cases(person, values | {"posture": posture, "speed": 0.0 * posture}))
+        return {name: report.summary(of) for name, of in grouped(pairs).items()}
 
-    upright, lying = (stated("a", [name] * 100, half) for name, half in (("upright", 33.0), ("lying", 15.0)))
-    shares = {name: found.inside for name, found in report.by_posture([upright, lying])}
-    assert (shares["upright"], shares["lying"], shares["all"]) == (1, 0, 0.5)
-    assert np.isnan(shares["crouched"])
-    brief, low = (
-        stated("b", ["crouched"] * 14 + ["upright"] * 86, 15.0),
-        stated("c", ["crouched"] * 100, 33.0),
-    )
-    shares = dict(report.by_posture([brief, low, low.part(np.arange(1))]))
-    assert (shares["crouched"].people, shares["crouched"].inside) == (1, 1.0)
-    assert shares["crouched"].cases == 101  # all that a take has to say
-    assert shares["upright"].inside == 0
+    found = shares(("a", {"upright": 100}, 33.0), ("a", {"lying": 100}, 15.0))
+    assert [found[name]["inside"] for name in ("upright", "lying", "all")] == [1, 0, 0.5]
+    assert "crouched" not in found
+    brief, low, instant = {"crouched": 14, "upright": 86}, {"crouched": 100}, {"crouched": 1}
+    found = shares(("b", brief, 15.0), ("c", low, 33.0), ("c", instant, 33.0))
+    crouched = [found["crouched"][name] for name in ("people", "inside", "cases")]
+    assert crouched == [1, 1.0, 101]  # all that a take has to say
+    assert found["upright"]["inside"] == 0
 
 
 def test_whatever_is_stated_is_judged_posture_by_posture(exact, captured_walk):
     """Angles alone were, while joints of people who crouch and places of bent ones held in a half."""
     whole = with_covariance(placed(exact, 1.0, 0.01), 0.0, 0.01 * np.eye(3))
     whole = with_(whole, camera=replace(whole.take.need("camera"), focal_source="prior"))
-    found = [*statements(whole), *of_figures(captured_walk)]
-    asked = {"joints", "up", "focal length, %", "body's size, %", "wrist velocity, m/s", "double support, %"}
-    assert asked <= {one.statement for one in found}
-    for one in found:
-        assert set(one.known) >= {"posture", "speed"}, one.statement
-        assert np.isin(one.known["posture"], range(len(POSTURES))).all(), one.statement
-        assert all(len(values) == len(one.error) for values in one.known.values()), one.statement
+    found = statements(whole) | together(of_figures(captured_walk))
+    asked = {"joints", "up", "focal length, %", "body's size, %", "double support, %"}
+    assert asked <= set(found)
+    for name, one in found.items():
+        assert set(one.values) >= {"posture", "speed"}, name
+        assert np.isin(one["posture"], range(len(POSTURES))).all(), name
+        assert all(len(values) == len(one) for values in one.values.values()), name
 
 
-def test_a_figure_of_many_frames_is_judged_by_the_posture_that_a_fifth_of_its_own_reach():
-    low, time_s = POSTURES.index("crouched"), np.arange(10.0)
-    of = {"posture": np.where(time_s >= 7, low, 0), "speed": np.append(time_s[:9], np.nan)}
-    assert reached(of, time_s >= 0) == {"posture": low, "speed": 6.0}
-    assert reached(of, time_s <= 6) == {"posture": 0, "speed": 5.0}
-    assert np.isnan(reached(of, time_s > 20)["posture"])
+def test_a_figure_of_many_frames_is_judged_by_the_posture_that_a_fifth_of_its_own_reach(exact):
+    low, time_s, one = POSTURES.index("crouched"), exact.times, replace(exact)
+    stances = np.where(time_s >= 3, low, 0), np.where(time_s > 3.8, np.nan, time_s)
+    one.__dict__["stances"] = dict(zip(("posture", "speed"), stances, strict=True))
+    assert (one.reached()["posture"], one.reached((0.0, 3.5))["posture"]) == (low, 0)
+    assert one.reached()["speed"] == pytest.approx(0.8 * 3.8, abs=0.05)
+    assert np.isnan(one.reached((20.0, 30.0))["posture"])
 
 
 def test_up_is_one_case_a_take_and_rotations_are_as_wrong_as_they_were_made(exact):
@@ -126,11 +133,11 @@ def test_up_is_one_case_a_take_and_rotations_are_as_wrong_as_they_were_made(exac
     )
     one = with_(exact, rectified=rectified)
     tilt, turn = up(one), rotation(one)
-    assert tilt.error == pytest.approx([6.0])
-    assert turn.error == pytest.approx(np.full(frames, 10.0), abs=1e-3)
-    for one in (tilt, turn):
-        assert (share(one), share(one, 0.5)) == (1, 0)
-        assert one.person == truth.subject
+    assert tilt["error"] == pytest.approx([6.0])
+    assert turn["error"] == pytest.approx(np.full(frames, 10.0), abs=1e-3)
+    assert just_inside(tilt)
+    assert just_inside(turn)
+    assert tilt.person == truth.subject
 
 
 def with_covariance(one, off, covariance):
@@ -151,7 +158,7 @@ def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact):
     off[:, 0] = 0
 
     def one(factor):
-        return next(joints(with_covariance(exact, off, factor**2 * root @ root.T)))
+        return next(joints(with_covariance(exact, off, factor**2 * root @ root.T)))[1]
 
     assert share(one(1.0)) == pytest.approx(0.9, abs=0.02)
     assert share(one(0.5)) < 0.5
@@ -164,10 +171,10 @@ def test_nothing_but_joints_and_place_is_judged_of_a_take_that_is_not_levelled_a
 ):
     stated = with_covariance(exact, 0.0, 0.01 * np.eye(3))
     refused = replace(stated.take.need("rectified"), level_ok=False, level_reason="lying")
-    found = [one.statement for one in statements(with_(stated, rectified=refused))]
+    found = [*statements(with_(stated, rectified=refused))]
     assert found[:3] == ["joints", "joints in depth", "joints across"]
     assert all(name.startswith(("pelvis", "body's size")) for name in found[3:])
-    assert list(statements(replace(exact, take=None))) == []
+    assert statements(replace(exact, take=None)) == {}
 
 
 def placed(exact, factor, sd):
@@ -179,35 +186,34 @@ def placed(exact, factor, sd):
 
 def test_a_path_ten_per_cent_too_far_is_wrong_along_the_ray_and_a_focal_length_as_much(exact):
     distance = np.linalg.norm(exact.truth.joints_camera[:, 0], axis=1)
-    along, across, size = place(placed(exact, 1.1, 0.01))
-    np.testing.assert_allclose(along.error, 0.1 * distance, rtol=1e-5)
-    np.testing.assert_allclose(across.error, 0, atol=1e-5)
-    assert (share(along), share(across), len(across.error)) == (0, 1, 2 * len(exact.rows))
-    assert size.error == pytest.approx([0.0], abs=1e-3)
-    assert [share(one) for one in place(placed(exact, 1.0, 0.01))] == [1, 1, 1]
+    along, across, size = together(place(placed(exact, 1.1, 0.01))).values()
+    np.testing.assert_allclose(along["error"], 0.1 * distance, rtol=1e-5)
+    np.testing.assert_allclose(across["error"], 0, atol=1e-5)
+    assert (share(along), share(across), len(across)) == (0, 1, 2 * len(exact.rows))
+    assert size["error"] == pytest.approx([0.0], abs=1e-3)
+    assert [share(one) for one in together(place(placed(exact, 1.0, 0.01))).values()] == [1, 1, 1]
     camera = replace(exact.take.need("camera"), focal_px=1.1 * exact.truth.focal_px, focal_sd_px=1.0)
     guessed = with_(exact, camera=replace(camera, focal_source="prior"))
-    focal = next(one for one in paths(guessed) if one.statement == "focal length, %")
-    assert focal.error == pytest.approx([100 * (1 - 1 / 1.1)])
-    assert "focal length, %" not in {one.statement for one in paths(exact)}  # told
+    assert dict(paths(guessed))["focal length, %"]["error"] == pytest.approx([100 * (1 - 1 / 1.1)])
+    assert "focal length, %" not in dict(paths(exact))  # told
 
 
 def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact):
     columns = dict(exact.take.kinematics)
     for name in [name for name in columns if name[-2:-1] in "_va" and name[-1] in "xyz"]:
         columns[f"{name}_sd"] = np.full(len(exact.rows), 0.01)
-    found = {one.statement: one for one in motions(with_(exact, kinematics=dict(columns)))}
+    found = together(motions(with_(exact, kinematics=dict(columns))))
     assert len(found) == 6
     one = found["wrist position, m"]
-    assert len(one.error) == 6 * int((~exact.truth.lying).sum())
-    assert np.median(np.abs(one.error)) < 0.02
+    assert len(one) == 6 * int((~exact.truth.lying).sum())
+    assert np.median(np.abs(one["error"])) < 0.02
     for name in columns:
         if name.endswith(("wrist_x", "wrist_y", "wrist_z")):
             columns[name] = columns[name] + 0.5
-    moved = {one.statement: one for one in motions(with_(exact, kinematics=columns))}
-    assert np.median(moved["wrist position, m"].error) == pytest.approx(0.5, abs=0.03)
+    moved = together(motions(with_(exact, kinematics=columns)))
+    assert np.median(moved["wrist position, m"]["error"]) == pytest.approx(0.5, abs=0.03)
     assert share(moved["wrist position, m"]) == 0
-    np.testing.assert_array_equal(moved["ankle position, m"].error, found["ankle position, m"].error)
+    np.testing.assert_array_equal(moved["ankle position, m"]["error"], found["ankle position, m"]["error"])
 
 
 @pytest.mark.data
@@ -215,11 +221,8 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
     exact, monkeypatch, tmp_path
 ):
     """Of one take of one person, in whichever configuration."""
-    people = ("03", "accad-m1", "tennis-a")
-    clips = tuple(Clip(f"{who}_01", who, "asfamc", 30.0, exact.truth.truth) for who in people)
-    monkeypatch.setattr(sets, "read_clips", lambda subjects: clips)
     monkeypatch.setattr(report, "finished", lambda configuration: iter([exact]))
-    report.tables(Configuration(people="test"), tmp_path, ["bodies alone", "real take"])
+    measured("errors", Configuration(people="test", part=["bodies alone", "real take"]), tmp_path)
     rows = json.loads((tmp_path / "errors.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert {tuple(row) for row in rows} == {tuple(rows[0])}
     assert {"set", "cases", "people", "inside", "low", "p50", "rms", "bar"} <= set(rows[0])
@@ -229,45 +232,47 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
 
 @pytest.mark.data
 @pytest.mark.parametrize(
-    ("asked", "code"),
-    [((["imagee"], False), "name-unknown"), ((["capture"], True), "needs-input")],
+    ("part", "fit", "code"), [("imagee", False, "name-unknown"), ("capture", True, "needs-input")]
 )
 def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before_the_work(
-    monkeypatch, tmp_path, asked, code
+    monkeypatch, tmp_path, part, fit, code
 ):
     monkeypatch.setattr(report, "finished", lambda *_: pytest.fail("it works"))
     with refused(code):
-        report.tables(Configuration(), tmp_path / "out", *asked)
+        measured("errors", Configuration(part=[part], fit=fit), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_the_walkers_figures_are_inside_their_errors_and_nothing_is_judged_without_a_walk(captured_walk):
-    found = {stated.statement: stated for stated in of_figures(captured_walk)}
+    found = together(of_figures(captured_walk))
     assert {"stance, %", "double support, %", "cadence, steps/min"} <= set(found)
     assert not {"step length, m", "walking speed, m/s"} & set(found)  # of captured poses these have no errors
     for stated in found.values():
         assert stated.person == "walker"
-        assert np.abs(stated.error) < stated.half
+        assert np.abs(stated["error"]) < stated["half"]
     assert list(of_figures(with_(captured_walk, measures=Measures()))) == []
 
 
-def repeated(*peaks, error=2.0, **means):
+def repeated(*peaks, mean_rise=90.0):
     """Rows of a movement whose repetitions reach their peak at (seconds, degrees)."""
-    rows = [Measure("peak", height, error, number=i) for i, (_, height) in enumerate(peaks)]
-    times = {"start": -0.5, "stop": 0.5}
-    rows += [Moments(name, tuple(at + off for at, _ in peaks)) for name, off in times.items()]
-    return Measures((*rows, *(Measure(name, value, error) for name, value in means.items())))
+    rows = [Measure("peak", height, 2.0, number=i) for i, (_, height) in enumerate(peaks)]
+    rows += [
+        Moments(name, tuple(at + off for at, _ in peaks)) for name, off in (("start", -0.5), ("stop", 0.5))
+    ]
+    return Measures((*rows, Measure("mean_rise", mean_rise, 2.0)))
 
 
 def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_many():
-    true = repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=90.0)
+    true = repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0))
 
-    def off(*peaks, **means):
-        pairs = list(same_rows(repeated(*peaks, **means), true))
-        return [(figure, row.value - of.value) for figure, row, of in pairs]
+    def off(*peaks):
+        return [
+            (name, row.value - of.value)
+            for name, row, of in same_rows(repeated(*peaks, mean_rise=80.0), true)
+        ]
 
-    others = off((2.1, 85.0), (3.0, 97.0), (9.0, 50.0), mean_rise=80.0)
+    others = off((2.1, 85.0), (3.0, 97.0), (9.0, 50.0))
     assert others == [("peak, deg", 5.0), ("peak, deg", -3.0)]
-    assert ("mean rise, deg", -10.0) in off((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=80.0)
-    assert off((2.1, 85.0), mean_rise=80.0) == [("peak, deg", 5.0)]
+    assert ("mean rise, deg", -10.0) in off((1.0, 90.0), (2.0, 80.0), (3.0, 100.0))
+    assert off((2.1, 85.0)) == [("peak, deg", 5.0)]
     assert off() == []

@@ -9,7 +9,7 @@ import torch
 from golden.virtual import walked
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.repeatability import shipped
-from pcnet3d.models.lab.evaluation.judge import Stated
+from pcnet3d.models.lab.common.cases import Cases
 from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.models.lab.fits import visits as module
 from pcnet3d.models.lab.fits.visits import elsewhere, factors, fit, learn, set_up_again, visits
@@ -45,11 +45,11 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
 def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
     clip = walked("walk", seconds=2.5)
     cases = list(visits(clip, Configuration(bed="typical", image=True)))
-    assert {kind for kind, _ in cases} == {"range", "sides", "repetitions", "again", "elsewhere"}
-    assert {stated.statement for kind, stated in cases if kind == "range"} <= set(OF_BOTH)
-    within = [abs(stated.error[0]) for kind, stated in cases if kind in ("sides", "repetitions")]
+    assert {kind for (kind, _), _ in cases} == {"range", "sides", "repetitions", "again", "elsewhere"}
+    assert {figure for (kind, figure), _ in cases if kind == "range"} <= set(OF_BOTH)
+    within = [abs(of["error"][0]) for (kind, _), of in cases if kind in ("sides", "repetitions")]
     assert np.median(within) < 10  # where two raises of the arm truly differ by 48
-    knees = [kind for kind, stated in cases if stated.statement == "range_of_motion.knee_flexion"]
+    knees = [kind for (kind, figure), _ in cases if figure == "range_of_motion.knee_flexion"]
     assert (knees.count("again"), knees.count("elsewhere")) == (4, 2)  # right and left
     monkeypatch.setattr(module, "clips", lambda: [clip])
     monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
@@ -57,11 +57,11 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
 
 
-def stated(figure, sd, people, each):
+def stated(sd, people, each):
     """Errors of sd where independent errors of both figures give a standard deviation of 1."""
-    rng = np.random.default_rng(len(figure))
+    rng = np.random.default_rng(0)
     return [
-        Stated(figure, person, sd * rng.standard_normal(1), np.array([1.645]))
+        Cases(person, {"error": sd * rng.standard_normal(1), "half": np.array([1.645])})
         for person in people
         for _ in range(each)
     ]
@@ -69,12 +69,12 @@ def stated(figure, sd, people, each):
 
 def test_factors_are_how_much_smaller_differences_are_and_few_people_have_that_of_their_kind_or_none():
     knee, cadence, stance = "range_of_motion.knee_flexion", "walking.cadence", "walking.mean_stance"
-    again = [
-        *stated(knee, 0.3, "abcdefgh", 400),
-        *stated(cadence, 3.0, "ab", 3),
-        *stated(stance, 0.3, "abcdefgh", 50),
-        *stated("knee_bends.mean_rise", 1.0, "ab", 3),
-    ]
+    again = {
+        knee: stated(0.3, "abcdefgh", 400),
+        cadence: stated(3.0, "ab", 3),
+        stance: stated(0.3, "abcdefgh", 50),
+        "knee_bends.mean_rise": stated(1.0, "ab", 3),
+    }
     fitted = factors(again)
     assert fitted.keys() == {knee, cadence, stance}
     assert fitted[knee] == pytest.approx(0.3, rel=0.07)
@@ -82,8 +82,8 @@ def test_factors_are_how_much_smaller_differences_are_and_few_people_have_that_o
 
 
 def test_ranges_have_the_parts_in_place_times_the_factor_that_makes_them_hold():
-    pairs = stated("range_of_motion.knee_flexion", 3.0, "abcdefgh", 200)
-    content = fit({"range": stated("knee_flexion", 3.0, "abcdefgh", 200), "again": pairs})
+    pairs, figure = stated(3.0, "abcdefgh", 200), "range_of_motion.knee_flexion"
+    content = fit({("range", "knee_flexion"): pairs, ("again", figure): pairs})
     (ends, found), (was_ends, was_found) = (of["ranges"]["knee_flexion"] for of in (content, shipped()))
     assert ends / was_ends == pytest.approx(found / was_found, rel=0.05)
     assert 3.0 < ends / was_ends < 3.4  # a little more than the 3 that errors are too large by: of strangers
