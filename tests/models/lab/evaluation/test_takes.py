@@ -14,15 +14,16 @@ from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import transpose
 
-FPS = 30.0
 LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))
+SWING_M, FRAMES = 0.1, 75
 
 
-def clip_of(standing, frames=75, name="03_01", swing=(0, 0, 0.1)):
-    """Somebody whose wrists and ankles swing once a second, and nothing else."""
-    joints = np.repeat(standing[None], frames, axis=0)
-    joints[:, LIMBS] += np.sin(2 * np.pi * np.arange(frames) / FPS)[:, None, None] * np.array(swing)
-    return Clip(name, name[:2], "asfamc", FPS, joints.astype(np.float32))
+@pytest.fixture
+def seen(standing):
+    """Somebody whose wrists and ankles swing up and down once a second, and nothing else."""
+    joints = np.repeat(standing[None], FRAMES, axis=0)
+    joints[:, LIMBS, 2] += SWING_M * np.sin(2 * np.pi * np.arange(FRAMES) / 30)[:, None]
+    return exact(Clip("03_01", "03", "asfamc", 30.0, joints.astype(np.float32))).seen
 
 
 class Oracle:
@@ -30,8 +31,8 @@ class Oracle:
 
     method = "oracle"
 
-    def __init__(self, seen, error=None):
-        self.seen, self.error = seen, np.eye(3) if error is None else error
+    def __init__(self, seen, error):
+        self.seen, self.error = seen, error
 
     def rotation(self, joints):
         return self.seen.R_camera_from_body @ self.error, np.full(len(joints), 5.0)
@@ -41,46 +42,35 @@ def turn(axis, degrees):
     return Rotation.from_rotvec(np.radians(degrees) * np.array(axis)).as_matrix()
 
 
-def answered(seen, error=None):
-    """An oracle's answers to the truth, and to what an image says."""
+def answered(seen, error=0.0):
+    """An oracle's answers to the truth, and to what an image says; error: a rotation, or degrees about BODY's y."""
+    error = turn([0, 1, 0], error) if np.isscalar(error) else error
     look, lift = simulated_look(seen.up, 0, seen.clip), (seen.truth, None)
     return answers([Oracle(seen, error)], lift, seen.keypoints.times, look, lift)
 
 
-def test_a_perfect_rectifier_has_no_error(standing):
-    take = exact(clip_of(standing))
-    judged = {
-        per.removeprefix("oracle, "): judge(take.seen, answer) for per, answer in answered(take.seen).items()
-    }
+def test_a_perfect_rectifier_has_no_error(seen):
+    judged = {name.removeprefix("oracle, "): judge(seen, answer) for name, answer in answered(seen).items()}
     for per in ("a frame", "a take"):
-        assert (
-            max(values.max() for values in (judged[per][name] for name in ("tilt", "rotation", "mpjpe")))
-            < 1e-3
-        )
+        assert max(judged[per][name].max() for name in ("tilt", "rotation", "mpjpe")) < 1e-3
     levelled = {per for per, of in judged.items() if "levelled" in of.values and of["levelled"].all()}
     assert levelled == {"a take", "a take, with its image"}
 
 
-def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_counted(standing):
-    seen = exact(clip_of(standing)).seen
-
-    def levelled(error, per="a take"):
+def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_counted(seen):
+    def judged(error, per="a take"):
         return judge(seen, answered(seen, error)[f"oracle, {per}"])
 
-    jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
-    whole, single = (levelled(jitter, *per)["tilt"].mean() for per in ((), ("a frame",)))
-    assert whole < 0.3 * single
-    takes = [levelled(turn([0, 1, 0], degrees)) for degrees in (0, 2, 25, 170)]
-    method = summary(takes)
+    jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (FRAMES, 3))).as_matrix()
+    assert judged(jitter)["tilt"].mean() < 0.3 * judged(jitter, "a frame")["tilt"].mean()
+    method = summary([judged(degrees) for degrees in (0, 2, 25, 170)])
     assert method["levelled"] == pytest.approx(3 / 4)  # upside down is refused
     assert method["tilt"].mean == pytest.approx((0 + 2 + 25 + 170) / 4, abs=0.1)
 
 
-def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(standing):
+def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(seen):
     """And a perfect rotation nothing, whatever the lift is."""
-    take = exact(clip_of(standing))
-    seen, swing = take.seen, 0.1 * (2 * np.pi) ** 2 / np.sqrt(2)
-    perfect = answered(seen)
+    swing, perfect = SWING_M * (2 * np.pi) ** 2 / np.sqrt(2), answered(seen)
     of_take = perfect["oracle, a take"]
     level = replace(of_take.levelled, R_camera_from_level=seen.R_camera_from_world @ turn([1, 0, 0], 20))
     of = dict(added({**perfect, "tilted": replace(of_take, levelled=level)}, seen.truth, seen))
