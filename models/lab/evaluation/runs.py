@@ -210,8 +210,8 @@ class Finished:
     def stated(self, error: np.ndarray, half: np.ndarray, **known: np.ndarray) -> Cases:
         """Cases of the take with an error and a bar. known: beside or in place of what they are judged apart by, BINS,
         which is of the take's frames."""
-        bins = {name: self.stances[name] for name in BINS}
-        return Cases(self.truth.subject, {"error": error, "half": half, **bins, **known}).judged()
+        bins = {name: self.stances[name] for name in BINS if name not in known}
+        return Cases(self.truth.subject, {"error": error, "half": half, **known, **bins}).judged()
 
     def figure(self, found: float, true: float, error: float | None, **known: np.ndarray) -> Cases:
         """One figure of the take, or a part of it, with its stated standard deviation."""
