@@ -209,13 +209,6 @@ def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> n
     return _unit(_cross(upper, lower) + _STRAIGHT * square, limit("angles.no-axis"))
 
 
-def tells_axis(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
-    """(...,) whether a limb of these unit vectors (3, ...) is bent enough for its own plane to decide about its
-    hinge_axis, more than the reference."""
-    sine = _cross(upper, lower)
-    return np.sqrt(_dot(sine, sine)) > _STRAIGHT
-
-
 def arm_reference(
     arm: np.ndarray, shoulders: np.ndarray, forward: np.ndarray, up: np.ndarray, out: float
 ) -> np.ndarray:

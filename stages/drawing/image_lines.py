@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from ...pipeline.core.camera import Camera
@@ -18,14 +21,19 @@ def draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, ed
     wide."""
     import cv2
 
-    known, pixels = is_finite(at), np.nan_to_num(np.round(at * (1 << FIXED))).astype(int)
+    known = is_finite(at)
     for bone in layout.bones:
         ends = layout.indices(bone)
         if known[ends].all():
-            start, end = pixels[ends].tolist()
+            start, end = fixed(at[ends])
             if edge:
                 cv2.line(image, start, end, WHITE, thick + 2 * edge, cv2.LINE_AA, FIXED)
             cv2.line(image, start, end, side_colour(*bone), thick, cv2.LINE_AA, FIXED)
+
+
+def fixed(at: Sequence[float] | np.ndarray) -> list[Any]:
+    """Pixels (..., 2) as OpenCV draws with FIXED."""
+    return np.round(np.asarray(at) * (1 << FIXED)).astype(int).tolist()
 
 
 def horizon(camera: Camera, up: np.ndarray) -> np.ndarray | None:

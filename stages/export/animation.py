@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -33,8 +32,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.names import BoneNames
 from ...pipeline.files.skeletons import Skeleton
-from ...pipeline.signals.angles import arm_reference, hinge_axis, tells_axis, trunk_axes
-from ...pipeline.signals.filters import stretches
+from ...pipeline.signals.angles import arm_reference, hinge_axis, trunk_axes
 from ..drawing.provenance import provenance
 from .markers import evenly, over_the_floor, write_numbers
 
@@ -65,8 +63,6 @@ _MIXAMO = {
         "clavicle": "Shoulder", "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand",
     }.items()
 }  # fmt: skip
-_LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
-_NEVER_TOLD = ("neck", "nose", "r_clavicle", "l_clavicle")  # how they turn about their bones
 _X, _Y, _Z = np.eye(3)
 _ALONG = 0.05  # of a unit vector across another, below which it does not tell the turn about that
 _LOWEST = 2.0  # per cent of the frames whose feet are lower than the floor: noise's
@@ -90,21 +86,16 @@ class Armature:
 
     skeleton: the T-pose; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint: (N, J, 3, 3). root: (N, 3) the
     pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. rest_root: (3,) the pelvis of the
-    T-pose that stands on y = 0; without a path that of all frames. known: (N, J) True where a joint's rotation rests on
-    that frame's joints; where it does not, it is the last one before, or the first of all. axial_known: (N, J) the same
-    of its turn about its bone's own length. place_known: (N,) the same of the root. moves: whether the take knows the
-    pelvis path at all. time_s: (N,) seconds of the take, evenly spaced at fps; frames without a pose at both ends are
-    left out. bones: the joints' names in files.
+    T-pose that stands on y = 0; without a path that of all frames. held: by joint, and of the pelvis path, in how many
+    frames it is not known and keeps the last value before, or the first of all. time_s: (N,) seconds of the take,
+    evenly spaced at fps; frames without a pose at both ends are left out. bones: the joints' names in files.
     """
 
     skeleton: Skeleton
     R_parent_from_joint: np.ndarray
     root: np.ndarray
     rest_root: np.ndarray
-    known: np.ndarray
-    axial_known: np.ndarray
-    place_known: np.ndarray
-    moves: bool
+    held: Mapping[str, int]
     time_s: np.ndarray
     fps: float
     unit: str
@@ -112,25 +103,14 @@ class Armature:
 
     def notes(self, file: str) -> tuple[Notice, ...]:
         """What a reader of a file of it has to know that the file itself does not show."""
-        notices, names = [], self.skeleton.names
+        notices = []
         if round(self.time_s[0], 3):
             notices.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
-        held = defaultdict(
-            list
-        )  # names of joints, by the number of frames in which their last known value stands
-        known = np.column_stack([self.known, self.place_known])
-        for name, count in zip((*self.bones, "the pelvis path"), (~known).sum(axis=0).tolist(), strict=True):
-            held[count].append(name)
-        for count, joints in held.items():
-            if count:
-                values: dict[str, Any] = {"held": count, "frames": len(known), "joints": ", ".join(joints)}
-                notices.append(notice("animation-held", file=file, **values))
-        limbs = ([i for i, name in enumerate(names) if name.endswith(start)] for start, *_ in _LIMBS)
-        legs, arms = (
-            100 * float(np.mean(~self.axial_known[:, bones])) if bones else 100.0 for bones in limbs
-        )
-        notices.append(notice("axial-guessed", file=file, legs=legs, arms=arms))
-        return tuple(notices)
+        for count in dict.fromkeys(filter(None, self.held.values())):
+            joints = ", ".join(name for name, held in self.held.items() if held == count)
+            values: dict[str, Any] = {"held": count, "frames": len(self.root), "joints": joints}
+            notices.append(notice("animation-held", file=file, **values))
+        return (*notices, notice("axial-guessed", file=file))
 
 
 def armature(take: Take, called: BoneNames = "joints") -> Armature:
@@ -182,19 +162,18 @@ def armature(take: Take, called: BoneNames = "joints") -> Armature:
     rest_root = place[0] - moved
     if even.root is not None and np.isfinite(standing):
         rest_root = standing * _Y
+    bones = tuple(_MIXAMO.get(name, name) for name in names) if called == "mixamo" else names
+    unknown = [*(~known).sum(axis=0).tolist(), int((~place_known).sum())]
     return Armature(
         skeleton,
         local,
         place - moved,
         rest_root,
-        known,
-        _axial_known(at, names)[kept],
-        place_known,
-        even.root is not None,
+        dict(zip((*bones, "the pelvis path"), unknown, strict=True)),
         even.time_s[kept],
         even.fps,
         even.unit,
-        tuple(_MIXAMO.get(name, name) for name in names) if called == "mixamo" else names,
+        bones,
     )
 
 
@@ -244,19 +223,6 @@ def bone_rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     R["nose"] = _turned((_sagittal(crown, R["thorax"]), _X), (crown, left_shoulder))
     R["head"] = R["nose"]
     return R
-
-
-def _axial_known(at: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
-    """(N, J) whether the joints tell how a joint's bone turns about its own length: of a limb while it is bent."""
-    known = {name: np.full(len(at["pelvis"]), name not in _NEVER_TOLD) for name in names}
-    for start, middle, end in _LIMBS:
-        for side in "rl":
-            upper, lower = (
-                unit(at[f"{side}_{far}"] - at[f"{side}_{near}"]).T
-                for near, far in ((start, middle), (middle, end))
-            )
-            known |= dict.fromkeys((f"{side}_{start}", f"{side}_{middle}"), tells_axis(upper, lower))
-    return np.stack([known[name] for name in names], axis=1)
 
 
 def _offsets(at: dict[str, np.ndarray], R_world: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -396,10 +362,9 @@ def _numbers(values: np.ndarray) -> str:
 
 def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Notice, ...]:
     """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
-    animation turns them, and moves the pelvis where its path is known, in the take's unit of length from 0 s on. One
-    mesh with the bones' surfaces is its skin.
-    asset.extras holds the provenance, and in which frames, from the first to before the last number, the turn of a
-    joint's bone about its own length is guessed. names: of joints or of Mixamo's bones.
+    animation turns them and moves the pelvis, in the take's unit of length from 0 s on. One mesh with the bones'
+    surfaces is its skin.
+    asset.extras holds the provenance. names: of joints or of Mixamo's bones.
 
     Returns notes on what was held, left out and guessed. Raises as `armature` does.
     """
@@ -412,7 +377,7 @@ def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Noti
         "asset": {
             "version": "2.0",
             "generator": f"pcnet3d {package_version()}",
-            "extras": {"provenance": provenance(take, frame), "axial_guessed_frames": _guessed(animated)},
+            "extras": {"provenance": provenance(take, frame)},
         },
         "scene": 0,
         "scenes": [{"name": take.name, "nodes": [armature_node, body_node]}],
@@ -524,15 +489,6 @@ def _inverse_binds(rest: np.ndarray, R_scene_from_rest: np.ndarray) -> np.ndarra
     return columns
 
 
-def _guessed(animated: Armature) -> dict[str, list[list[int]]]:
-    """By bone the spans of frames in which its turn about its own length is guessed."""
-    return {
-        bone: stretches(~known).tolist()
-        for bone, known in zip(animated.bones, animated.axial_known.T, strict=True)
-        if not known.all()
-    }
-
-
 def _mesh(animated: Armature, arrays: _Arrays) -> dict[str, Any]:
     """The skin: the surfaces of all bones that have a length, each turned by the joint where it begins. Without normals
     programs draw their faces flat."""
@@ -566,9 +522,7 @@ def _animation(animated: Armature, R_scene_from_rest: np.ndarray, arrays: _Array
     """Channels and samplers."""
     parents = animated.skeleton.parents
     time = arrays.add((np.arange(len(animated.root)) / animated.fps).astype(np.float32))
-    moving = []
-    if animated.moves:
-        moving.append((0, "translation", arrays.add(animated.root.astype(np.float32))))
+    moving = [(0, "translation", arrays.add(animated.root.astype(np.float32)))]
     for joint in sorted(set(parents[1:])):
         above = R_scene_from_rest[max(parents[joint], 0)]
         R = above.T @ animated.R_parent_from_joint[:, joint] @ R_scene_from_rest[joint]

@@ -20,7 +20,7 @@ from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, shared_up
-from ..drawing.image_lines import FIXED, WHITE, draw_bones, horizon
+from ..drawing.image_lines import FIXED, WHITE, draw_bones, fixed, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
@@ -28,20 +28,6 @@ _MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's
 _PALE: Colour = (235, 235, 235)
 _GROUND = 0.8  # share of its side's colour under a number, which is pale
 _ANGLES = {"knee_flexion": "knee", "elbow_flexion": "elbow", "trunk_lean_sagittal": "trunk"}
-
-
-def check_h264() -> None:
-    """InputError where the installed PyAV cannot write H.264."""
-    from av.codec import Codec
-
-    try:
-        Codec("libx264", "w")
-    except ValueError:
-        raise InputError(
-            "needs-package",
-            "MP4 needs an FFmpeg that writes H.264, and the installed PyAV has none; install PyAV's own wheel: "
-            "pip install --force-reinstall av.",
-        ) from None
 
 
 def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
@@ -144,7 +130,7 @@ class _Page:
             return
         start, end = sorted(self._on_small(edge).tolist())
         for colour, width in ((DARK, 3), (WHITE, 1)):
-            cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, FIXED)
+            cv2.line(small, fixed(start), fixed(end), colour, width, cv2.LINE_AA, FIXED)
         text = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
         _write(small, text, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
@@ -158,7 +144,7 @@ class _Page:
         draw_bones(small, at, keypoints.layout, self.thick)
         for name, point in zip(keypoints.layout.joints, at, strict=True):
             if is_finite(point):
-                place, radius = _fixed(point), _unit(3.0 * self.thick)
+                place, radius = fixed(point), 3 * self.thick << FIXED
                 cv2.circle(small, place, radius, side_colour(name), -1, cv2.LINE_AA, FIXED)
                 cv2.circle(small, place, radius, _PALE, max(1, self.thick // 2), cv2.LINE_AA, FIXED)
 
@@ -231,14 +217,6 @@ def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int, ground
     corners = (place[0] - 3, place[1] - height - 3), (place[0] + width + 3, place[1] + below)
     cv2.rectangle(image, *corners, ground, -1)
     cv2.putText(image, text, place, font, size, _PALE, max(1, thick // 2), cv2.LINE_AA)
-
-
-def _fixed(point: Sequence[float] | np.ndarray) -> tuple[int, int]:
-    return _unit(point[0]), _unit(point[1])
-
-
-def _unit(value: float) -> int:
-    return round(float(value) * (1 << FIXED))
 
 
 def _even(length: float) -> int:

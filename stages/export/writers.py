@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ...pipeline.core.notices import Notice
 from ...pipeline.files.markers import check_c3d
 from .animation import write_bvh, write_glb
-from .annotated import check_h264, write_annotated
+from .annotated import write_annotated
 from .markers import write_c3d, write_mot, write_trc
 from .netcdf import check_xarray, write_netcdf
 from .tables import write_csv
@@ -42,6 +42,5 @@ MP4 = _Format(
     "annotated.mp4",
     "the video with keypoints, horizon and upright skeleton",
     write_annotated,
-    check_h264,
     images=True,
 )

@@ -13,8 +13,7 @@ from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files.video_frames import images_from
 from pcnet3d.stages.drawing.palette import LEFT, RIGHT
-from pcnet3d.stages.export.annotated import check_h264, write_annotated
-from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.export.annotated import write_annotated
 from pcnet3d.stages.rectify import Rectify
 from refusals import refused
 
@@ -135,13 +134,3 @@ def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):
             take.with_(rectified=replace(take.rectified, level=level)), tmp_path / "annotated.mp4"
         )
     assert not list(tmp_path.iterdir())
-
-
-def test_no_h264_is_refused_before_the_work(tmp_path, monkeypatch):
-    def none(name, mode):
-        raise ValueError(name)
-
-    check_h264()
-    monkeypatch.setattr("av.codec.Codec", none)
-    with pytest.raises(InputError, match=r"H\.264"):
-        Export(tmp_path, also=("mp4",))
