@@ -13,31 +13,29 @@ from ...pipeline.core.pose import MadeBy, PoseSequence
 from .motion import Motion
 from .skeleton import skeleton
 
-_INSTANT_S = 1e-4  # step of the derivatives of the closed form: right to 1e-5 m/s and 1e-3 m/s2
+_INSTANT_S = 1e-4  # step of the second derivative of the closed form: right to 1e-3 m/s2
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
     """A take of the walker, in metres and degrees, in a Z-up world whose floor is z = 0.
 
-    time_s: (T,). world, velocity_mps, acceleration_mps2: (T, 17, 3), H36M17.
+    time_s: (T,). world, acceleration_mps2: (T, 17, 3), H36M17.
     heading_deg: (T,) where the person faces: 0 is north (+x), positive towards west (+y).
-    angles_deg, rates_degps: (T,) by name, the angles that make the motion and their rates. All lie in the
-        sagittal plane and are 0 when straight: `trunk_lean_deg` forward from the vertical; with `l_` and `r_`,
-        `thigh_trunk_flexion_deg` between thigh and trunk line, `knee_flexion_deg`, `shoulder_flexion_deg` between upper
-        arm and trunk line, `elbow_flexion_deg`, `foot_pitch_deg` toes above heel; `head_lean_deg`. Besides,
-        `pelvis_turn_deg` of the hip axis to the left; the shoulder axis turns as far to the right.
+    angles_deg: (T,) by name, the angles that make the motion. All lie in the sagittal plane and are 0 when straight:
+        `trunk_lean_deg` forward from the vertical; with `l_` and `r_`, `thigh_trunk_flexion_deg` between thigh and
+        trunk line, `knee_flexion_deg`, `shoulder_flexion_deg` between upper arm and trunk line, `elbow_flexion_deg`,
+        `foot_pitch_deg` toes above heel; `head_lean_deg`. Besides, `pelvis_turn_deg` of the hip axis to the left; the
+        shoulder axis turns as far to the right.
     heel_strikes_s: by side "l" and "r", while walking at full speed.
     phases_s: start and end of "walk", "squat" and "arms".
     """
 
     time_s: np.ndarray
     world: np.ndarray
-    velocity_mps: np.ndarray
     acceleration_mps2: np.ndarray
     heading_deg: np.ndarray
     angles_deg: dict[str, np.ndarray]
-    rates_degps: dict[str, np.ndarray]
     heel_strikes_s: dict[str, np.ndarray]
     phases_s: dict[str, tuple[float, float]]
     cadence_spm: float  # steps a minute
@@ -103,15 +101,12 @@ def walker(
     before, now, after = (
         skeleton(motion.angles(t), motion.heading(t), motion.root(t), stature_m) for t in moments
     )
-    angles_before, angles, angles_after = (motion.angles(t) for t in moments)
     return Walk(
         time_s=time_s,
         world=now,
-        velocity_mps=(after - before) / (2 * _INSTANT_S),
         acceleration_mps2=(after - 2 * now + before) / _INSTANT_S**2,
         heading_deg=motion.heading(time_s),
-        angles_deg=angles,
-        rates_degps={name: (angles_after[name] - angles_before[name]) / (2 * _INSTANT_S) for name in angles},
+        angles_deg=motion.angles(time_s),
         heel_strikes_s={side: motion.heel_strikes_s(side) for side in "lr"},
         phases_s=motion.phases_s,
         cadence_spm=120 * motion.strides_hz,

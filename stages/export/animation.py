@@ -34,7 +34,7 @@ from ...pipeline.files.names import BoneNames
 from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.angles import arm_reference, hinge_axis, trunk_axes
 from ..drawing.provenance import provenance
-from .markers import evenly, over_the_floor, write_numbers
+from .markers import evenly, write_numbers
 
 ANIMATION = Frame("ANIMATION", "level", ("left", "up", "front"))  # glTF's axes, and those of most BVH files
 
@@ -86,9 +86,9 @@ class Armature:
 
     skeleton: the T-pose; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint: (N, J, 3, 3). root: (N, 3) the
     pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. rest_root: (3,) the pelvis of the
-    T-pose that stands on y = 0; without a path that of all frames. held: by joint, and of the pelvis path, in how many
-    frames it is not known and keeps the last value before, or the first of all. time_s: (N,) seconds of the take,
-    evenly spaced at fps; frames without a pose at both ends are left out. bones: the joints' names in files.
+    T-pose that stands on y = 0. held: by joint, and of the pelvis path, in how many frames it is not known and keeps
+    the last value before, or the first of all. time_s: (N,) seconds of the take, evenly spaced at fps; frames without a
+    pose at both ends are left out. bones: the joints' names in files.
     """
 
     skeleton: Skeleton
@@ -146,9 +146,7 @@ def armature(take: Take, called: BoneNames = "joints") -> Armature:
             local[:, i] = _held(local[:, i], known[:, i], np.eye(3))
         else:  # what turns nothing has nothing to be known
             local[:, i], known[:, i] = np.eye(3), True
-    place = np.zeros((len(even.joints), 3))
-    if even.root is not None:
-        place = over_the_floor(take, even.root, ANIMATION)
+    place = np.zeros((len(even.joints), 3)) if even.root is None else even.root
     stature = implied_stature(even.joints)
     floor = (_soles(at, stature) + place[:, 1])[kept]
     height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0
@@ -158,17 +156,14 @@ def armature(take: Take, called: BoneNames = "joints") -> Armature:
     at_rest = dict.fromkeys(at, np.full((1, 3), np.nan)) | dict(
         zip(names, skeleton.rest[:, None], strict=True)
     )
-    standing = -float(_soles(at_rest, stature)[0])
-    rest_root = place[0] - moved
-    if even.root is not None and np.isfinite(standing):
-        rest_root = standing * _Y
+    standing = -np.nan_to_num(_soles(at_rest, stature)[0])
     bones = tuple(_MIXAMO.get(name, name) for name in names) if called == "mixamo" else names
     unknown = [*(~known).sum(axis=0).tolist(), int((~place_known).sum())]
     return Armature(
         skeleton,
         local,
         place - moved,
-        rest_root,
+        standing * _Y,
         dict(zip((*bones, "the pelvis path"), unknown, strict=True)),
         even.time_s[kept],
         even.fps,

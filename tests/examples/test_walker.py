@@ -7,7 +7,6 @@ from pcnet3d.examples.walker.camera import Camera, aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.models.common.canonical import R_world_from_body
-from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, SEGMENTS
 from pcnet3d.pipeline.core.layouts import HALPE26
 from refusals import refused
@@ -56,24 +55,17 @@ def test_facing_is_the_stated_heading_and_the_way_of_walking(heading_deg, turn_d
     np.testing.assert_allclose(-R[:, :, 1], left_of(walk), atol=1e-9)
     assert walk.heading_deg[-1] == pytest.approx(heading_deg)
     assert walk.heading_deg[0] == pytest.approx(heading_deg - turn_deg)
-    velocity = walk.velocity_mps[:, H36M17.index("pelvis"), :2]
-    moving = np.linalg.norm(velocity, axis=-1) > 0.5
-    moving &= walk.during("walk")
+    velocity = np.gradient(walk.root[:, :2], walk.time_s, axis=0)
+    moving = (np.linalg.norm(velocity, axis=-1) > 0.5) & walk.during("walk")
     course = velocity[moving] / np.linalg.norm(velocity[moving], axis=-1, keepdims=True)
-    np.testing.assert_allclose(course, ahead[moving, :2], atol=1e-6)
+    np.testing.assert_allclose(course, ahead[moving, :2], atol=0.02)
     np.testing.assert_allclose(walk.root[-1, :2], 0, atol=1e-9)
 
 
-def test_velocities_and_rates_are_the_derivatives():
+def test_accelerations_are_the_second_derivatives():
     fine, step = walker(fps=1000.0), 1e-3
-    inner = slice(1, -1)
-    central = (fine.world[2:] - fine.world[:-2]) / (2 * step)
-    np.testing.assert_allclose(fine.velocity_mps[inner], central, atol=2e-3)
     second = (fine.world[2:] - 2 * fine.world[1:-1] + fine.world[:-2]) / step**2
-    np.testing.assert_allclose(fine.acceleration_mps2[inner], second, atol=0.15)
-    for name, angle in fine.angles_deg.items():
-        slope = (angle[2:] - angle[:-2]) / (2 * step)
-        np.testing.assert_allclose(fine.rates_degps[name][inner], slope, atol=0.1, err_msg=name)
+    np.testing.assert_allclose(fine.acceleration_mps2[1:-1], second, atol=0.15)
 
 
 @pytest.mark.parametrize("side", ["l", "r"])
