@@ -11,17 +11,16 @@ import numpy as np
 import typer
 
 from ..pipeline.core.pose import Rectified, package_version
-from ..pipeline.core.rotations import angle_deg, rotate
-from ..pipeline.core.take import Take
+from ..pipeline.core.rotations import angle_deg
 from ..pipeline.files.atomic import SUMMARY, check_replaceable, whole_folder
 from ..pipeline.reading.settings import Force, OnDevice, RunOptions
 from ..pipeline.running.conclusion import conclude
 from ..pipeline.running.plan import planned
 from ..pipeline.running.progress import stages
 from ..pipeline.running.run import run_files
-from .walker.camera import Camera, R_camera_from_body, side_camera
+from .walker.camera import R_camera_from_body, side_camera
 from .walker.files import ExampleFiles, write_files
-from .walker.walk import Walk, walker
+from .walker.walk import walker
 
 
 def demo(
@@ -53,7 +52,6 @@ def demo(
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
     print(_comparison(take.need("rectified"), truth))
-    print(_way(take, walk, camera))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
     print(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
@@ -73,18 +71,4 @@ def _comparison(rectified: Rectified, truth: np.ndarray) -> str:
     return (
         f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, by the body alone "
         f"{body_deg:.1f}, the heading by {heading_deg:.1f} (median over frames)"
-    )
-
-
-def _way(take: Take, walk: Walk, camera: Camera) -> str:
-    """How far the pelvis's path before the camera, and the walking speed, are from the truth, in a line."""
-    rectified, rows = take.need("rectified"), take.need("poses").frame_index
-    if rectified.level.root is None:
-        return "against the truth: the pelvis's path before the camera is not known"
-    root = rotate(rectified.R_source_from_level, rectified.level.root)
-    error_m = np.linalg.norm(root - camera.points(walk.root[rows][:, None])[:, 0], axis=-1)
-    speed = take.figures.group("walking").value("walking_speed") or np.nan
-    return (
-        f"the pelvis's path is off by {np.sqrt(np.nanmean(error_m**2)):.2f} m (root mean square), the walking speed by "
-        f"{100 * abs(speed / walk.speed_mps - 1):.1f} %"
     )

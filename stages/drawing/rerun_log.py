@@ -31,19 +31,12 @@ def person_view(
     name: str,
     eye: np.ndarray,
     target: Sequence[float] | np.ndarray = (0, 0, 0),
-    grid: tuple[float, float] | None = None,
     contents: str | Sequence[str] = "$origin/**",
 ) -> rrb.View:
-    """A view on dark ground, from where an eye (3,) stands to a target (3,). grid: the height of a floor, and how far
-    apart its lines are; None without one. contents: entities, by default `entity` and all below it."""
-    import rerun as rr
+    """A view on dark ground, from where an eye (3,) stands to a target (3,). contents: entities, by default `entity`
+    and all below it."""
     import rerun.blueprint as rrb
 
-    lines = rrb.LineGrid3D(False)
-    if grid is not None:
-        height, apart = grid
-        plane = rr.components.Plane3D.XY.with_distance(height)
-        lines = rrb.LineGrid3D(plane=plane, spacing=apart, color=(128, 128, 128, 110))
     controls = rrb.EyeControls3D(position=eye, look_target=target)
     return rrb.Spatial3DView(
         origin=entity,
@@ -51,7 +44,7 @@ def person_view(
         name=name,
         eye_controls=controls,
         background=DARK,
-        line_grid=lines,
+        line_grid=rrb.LineGrid3D(False),
     )
 
 

@@ -15,7 +15,7 @@ from ...pipeline.core.camera import Camera, pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
-from ...pipeline.core.rotations import angle_deg, rotate
+from ...pipeline.core.rotations import rotate
 from ...pipeline.core.system import cores
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
@@ -24,8 +24,7 @@ from ...pipeline.files.names import KEYPOINTS, KINEMATICS, OF_RECTIFIED, POSES, 
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.running.sentences import judgement
-from ...pipeline.signals.checks import bone_spread
-from ..drawing.facts import mean, shared_up
+from ..drawing.facts import mean
 from .tables import write_measures, write_parquet, write_strides
 
 # What runs write by themselves (design.md section 7), `live` included.
@@ -184,14 +183,11 @@ def summary(take: Take) -> dict[str, Any]:
             "first_frame": int(poses.frame_index[0]),
             "fps": poses.fps,
             "duration_s": poses.duration_s,
-            "source_frame": str(poses.frame),
             "frame": asdict(poses.frame),
             "unit": poses.frame.unit,
-            "root_known": poses.root is not None,
             **_about(poses),
             "root_shared": poses.path and poses.path.shared,
             "steps": len(poses.history),
-            "bone_length_spread": bone_spread(poses),
         },
         "keypoints": None
         if take.keypoints is None
@@ -205,8 +201,6 @@ def summary(take: Take) -> dict[str, Any]:
             **_up("up_bound_deg", rectified.up_bound_deg, rectified),
             "up_shares": rectified.up_shares,
             "up_by_source": _up_by_source(take),
-            "vote_deviation_deg_mean": mean(angle_deg(rectified.up_votes, shared_up(rectified))),
-            "R_source_from_level": rectified.R_source_from_level.tolist(),
             "level_heading": rectified.level_heading,
             "level_ok": rectified.level_ok,
             "level_reason": rectified.level_reason,
@@ -227,7 +221,6 @@ def _camera(camera: Camera | None) -> dict[str, Any] | None:
         return None
     return {
         **{name: getattr(camera, name) for name in _OF_CAMERA},
-        "looks": len(camera.looks),
         "no_up_reason": camera.reason,
         "background": camera.background and asdict(camera.background),
     }

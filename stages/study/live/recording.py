@@ -140,8 +140,7 @@ def _views() -> rrb.Container:
     import rerun.blueprint as rrb
 
     eye = _SIZE * np.array((-1.8, 0.9, 0.4))
-    # The floor is at about the height of the feet.
-    body = person_view("body", "BODY: the person faces you", eye, grid=(-_SIZE, _SIZE / 4))
+    body = person_view("body", "BODY: the person faces you", eye)
     rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)")
     video = rrb.Spatial2DView(origin="video", name="Video and 2D keypoints")
     return rrb.Horizontal(rrb.Vertical(video, rotation, row_shares=[3, 1]), body)
