@@ -1,18 +1,12 @@
-"""The demo and the example scripts, run as a user runs them."""
+"""The demo, run as a user runs it."""
 
 import json
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from commands import SCIPY, pcnet3d, said_without, succeeded
-from pcnet3d import examples
-
-SCRIPT = Path(examples.__file__).with_name("live.py")
 
 
 def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path):
@@ -42,9 +36,3 @@ def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path):
         json.loads((folder / "summary.json").read_text()) for folder in (output, tmp_path / "by_hand")
     )
     assert {key for key in own if own[key] != other[key]} == {"files"}  # the recording and the report
-
-
-def test_the_live_script(tmp_path):
-    result = subprocess.run([sys.executable, SCRIPT], cwd=tmp_path, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
-    assert "right wrist +1.0" in result.stdout

@@ -45,7 +45,6 @@ def test_users_import_from_faces_alone():
         *(ROOT / "docs").glob("*.md"),
         ROOT / "README.md",
         *(ROOT / "examples" / "plugin").rglob("*.py"),
-        ROOT / "examples" / "live.py",
         ROOT / "examples" / "movement_loader.py",
     ]
     faces = {*FACES, "pcnet3d.examples.walker", "pcnet3d.examples.movement_loader", "pcnet3d_acme"}

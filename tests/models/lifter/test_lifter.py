@@ -295,16 +295,16 @@ def test_a_line_goes_from_sighting_to_sighting():
     np.testing.assert_array_equal(np.isfinite(filled[:, 1, 0]), np.arange(9) == 3)
 
 
-@pytest.mark.parametrize("fps", [10, 40])
-def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps):
+@pytest.mark.parametrize(("fps", "up"), [(10, None), (40, None), (40, np.array([0.28, -0.96, 0.0]))])
+def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps, up):
     keypoints, camera, _ = walked(fps)
-    live = LiveLifter(H36M17, size_of(camera))
+    live = LiveLifter(H36M17, size_of(camera), up=up)
     rows = min(len(keypoints), 90)
     answers = [
         live.update(keypoints.joints[i], keypoints.confidence[i], keypoints.time_s[i]) for i in range(rows)
     ]
     for last in (7, rows // 2, rows - 1):
-        whole = lift(keypoints.rows(0, last + 1), size_of(camera)).joints[-1]
+        whole = lift(keypoints.rows(0, last + 1), size_of(camera), up=up).joints[-1]
         np.testing.assert_allclose(answers[last], whole, atol=2e-5)
 
 

@@ -313,41 +313,36 @@ def posed(take: Take) -> np.ndarray:
     return place(armed.skeleton, armed.root[rows], armed.R_parent_from_joint[rows])[0][0]
 
 
+@pytest.fixture(params=["Blender", "three.js"])
+def program(request) -> list[str]:
+    """What opens a file in that program."""
+    if request.param == "Blender":
+        if not find_spec("bpy"):
+            pytest.skip("Blender as a Python package (bpy) is not installed")
+        return [sys.executable, "-c", _OPEN_IN_BLENDER]
+    node, modules = shutil.which("node"), Path(os.environ.get("NODE_PATH", ""))
+    if not node or not (modules / "three").is_dir():
+        pytest.skip("the npm package three is not in NODE_PATH")
+    return [node, str(Path(__file__).with_name("open_in_three.mjs"))]
+
+
 @pytest.mark.parametrize("write", [write_glb, write_bvh])
 @pytest.mark.parametrize("names", ["joints", "mixamo"])
-def test_blender_finds_an_armature_that_moves(walked, tmp_path, write, names):
-    if not find_spec("bpy"):
-        pytest.skip("Blender as a Python package (bpy) is not installed")
+def test_another_program_finds_an_armature_that_moves(walked, tmp_path, program, write, names):
     take, path = walked(feet=True), tmp_path / f"skeleton.{write.__name__[-3:]}"
     write(take, path, names)
-    found = opened([sys.executable, "-c", _OPEN_IN_BLENDER], take, path)
-    bones = armature(take, names).bones
-    assert set(found["rest"]) == set(bones)
-    if write == write_glb:
+    found, bones = opened(program, take, path), armature(take, names).bones
+    assert set(found["posed"]) == set(bones)
+    blender = program[0] == sys.executable  # whose z is up
+    for name, (x, y, z) in zip(bones, posed(take), strict=True):
+        place_m = (x, -z, y) if blender else (x, y, z)
+        np.testing.assert_allclose(found["posed"][name], place_m, atol=2e-3, err_msg=name)
+    if blender and write == write_glb:
         assert found["modifiers"] == ["ARMATURE"]
         assert set(found["groups"]) == set(bones)
         for start, end in (("r_hip", "r_knee"), ("l_shoulder", "l_elbow")):
             of = [bones[armature(take).bones.index(joint)] for joint in (start, end)]
             np.testing.assert_allclose(found["rest"][of[0]][1], found["rest"][of[1]][0], atol=1e-3)
-    for name, (x, y, z) in zip(bones, posed(take), strict=True):
-        np.testing.assert_allclose(
-            found["posed"][name], (x, -z, y), atol=2e-3, err_msg=name
-        )  # Blender's z is up
-
-
-@pytest.mark.parametrize("write", [write_glb, write_bvh])
-@pytest.mark.parametrize("names", ["joints", "mixamo"])
-def test_three_js_finds_bones_that_move(walked, tmp_path, write, names):
-    node, modules = shutil.which("node"), Path(os.environ.get("NODE_PATH", ""))
-    if not node or not (modules / "three").is_dir():
-        pytest.skip("the npm package three is not in NODE_PATH")
-    take, path = walked(feet=True), tmp_path / f"skeleton.{write.__name__[-3:]}"
-    write(take, path, names)
-    found = opened([node, str(Path(__file__).with_name("open_in_three.mjs"))], take, path)
-    bones = armature(take, names).bones
-    assert set(found["posed"]) == set(bones)
-    for name, place_m in zip(bones, posed(take), strict=True):
-        np.testing.assert_allclose(found["posed"][name], place_m, atol=2e-3, err_msg=name)
 
 
 def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
