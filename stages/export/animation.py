@@ -27,7 +27,7 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import FEET
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import package_version
-from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpose, unit, zxy_deg
+from ...pipeline.core.rotations import from_columns, is_finite, known_median, rotate, transpose, unit, zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.names import BoneNames
@@ -280,8 +280,7 @@ def _median(points: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
 
 def _length(bone: np.ndarray) -> float:
     """The median length of a bone (N, 3); NaN where it is never there."""
-    length = np.linalg.norm(bone, axis=-1)
-    return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")
+    return known_median(np.linalg.norm(bone, axis=-1))
 
 
 def _held(values: np.ndarray, known: np.ndarray, otherwise: np.ndarray) -> np.ndarray:

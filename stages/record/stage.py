@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
-from ..drawing.facts import shared_up
-from ..drawing.palette import GREEN, MIDDLE, PURPLE
+from ..drawing.palette import MIDDLE, PURPLE
 from ..drawing.provenance import provenance
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
@@ -35,7 +33,6 @@ if TYPE_CHECKING:
     import rerun as rr
 
 _FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 17 MB
-_UP, _BOUND, _ERROR = GREEN, MIDDLE, PURPLE
 
 
 @dataclass(frozen=True)
@@ -59,10 +56,10 @@ def record(take: Take, path: str | Path) -> None:
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
-    Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the
-    axes it came in), body, level; walk (LEVEL's room: the floor, the path over it, the camera, and what goes along with
-    the person); rotation (expected errors, and how far each frame's vote on up is from the take's); angles/<angle> with
-    the ends of its 90 % band; marks (moments of events); events (notices); provenance.
+    Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
+    in), body, level; walk (LEVEL's room: the floor, the path over it, the camera, and what goes along with the person);
+    rotation (expected errors); angles/<angle> with the ends of its 90 % band; marks (moments of events); events
+    (notices); provenance.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -114,9 +111,8 @@ def _log_rotation(
 ) -> None:
     """clock: the poses with their gaps marked (`gaps_marked`). gaps: (N,) as of `gap_rows`."""
     curves = {
-        "error": ("expected error (deg)", rectified.error_deg, _ERROR),
-        "up": ("vote off the take's up (deg)", angle_deg(rectified.up_votes, shared_up(rectified)), _UP),
-        "bound": ("90 % bound of up (deg)", rectified.up_bound_deg, _BOUND),
+        "error": ("expected error (deg)", rectified.error_deg, PURPLE),
+        "bound": ("90 % bound of up (deg)", rectified.up_bound_deg, MIDDLE),
     }
     for entity, (name, values, colour) in curves.items():
         if np.isfinite(values).any():

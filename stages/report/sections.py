@@ -1,20 +1,19 @@
-"""What a report says in words and tables: whom it is about, how up was found, and where everything comes from."""
+"""What a report says in words and tables: whom it is about, and where everything comes from."""
 
 from __future__ import annotations
 
-import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
+from ...pipeline.core.messages import how_many, rate_in_words
 from ...pipeline.core.take import Take
-from ...pipeline.running.sentences import camera_motion, camera_words, length_of, up_bound
-from ..drawing.page import box, bullets, joined, small, table
+from ...pipeline.running.sentences import camera_motion, camera_words, length_of
+from ..drawing.page import box, joined, small, table
 from ..drawing.provenance import provenance
 
 _MOST = 40  # notices of one kind
-_HEADINGS = {
-    "camera": "Front is towards the camera, and right is the camera's left.",
-    "world": "Front and right are those of the file's world.",
+_HEADINGS = {  # where not the person's own
+    "camera": "towards the camera, and to the camera's left",
+    "world": "those of the file's world",
 }
 
 
@@ -32,32 +31,18 @@ def session_words(take: Take) -> Markup:
     return small(" · ".join(part for part in parts if part))
 
 
-def gravity_words(take: Take) -> Markup:
-    """How the camera stands, and which way the person faces; what up rests on says the box of trust."""
-    rectified = take.need("rectified")
-    if rectified.in_world:
-        return Markup("")
-    relative = "; front and right are relative to it" if rectified.camera == "moving" else ""
-    lines = [
-        f"The camera {camera_words(take)}{relative}.",
-        _HEADINGS.get(rectified.level_heading, "Front and right are the person's own."),
-    ]
-    error = rectified.error_deg[rectified.level_ok & np.isfinite(rectified.error_deg)]
-    if len(error) and up_bound(rectified) is not None:
-        within = bound_in_words(float(np.median(error)))
-        lines.append(
-            f"The direction that the body faces is off by less than {within}° in half of the frames."
-        )
-    return bullets(lines)
-
-
 def provenance_of(take: Take) -> Markup:
-    """Inputs, how they were read and versions, as in every file of the run; then the repairs and the notes."""
-    poses = take.need("poses")
+    """Inputs, how they were read and versions, as in every file of the run, how the camera stands and which way front
+    is; then the repairs and the notes."""
+    poses, rectified = take.need("poses"), take.need("rectified")
     lines = {
         "poses": f"person {poses.person}, frames {poses.frame_index[0]} to {poses.frame_index[-1]}, {poses.frame}",
-        "rectified": f"{take.need('rectified').turned.sum()} of {how_many(len(poses), 'frame')}",
+        "rectified": f"{rectified.turned.sum()} of {how_many(len(poses), 'frame')}",
     }
+    if not rectified.in_world:
+        relative = "; front and right are relative to it" if rectified.camera == "moving" else ""
+        lines["camera"] = f"it {camera_words(take)}{relative}"
+        lines["front and right"] = _HEADINGS.get(rectified.level_heading, "the person's own")
     if (video := take.video) is not None:
         turned = f", turned by {video.rotation_deg}°" if video.rotation_deg else ""
         lines["video"] = (

@@ -18,7 +18,7 @@ from ..drawing.page import Tile, answer, page, small, tiles
 from .angles import angle_charts, ranges, sides_compared
 from .measures import happened
 from .player import skeleton_player
-from .sections import gravity_words, provenance_of, session_words
+from .sections import provenance_of, session_words
 from .trust import trust
 
 _RANGES = "Joint angles: the lowest and the highest of nine in ten frames that show them."
@@ -63,7 +63,6 @@ def report(take: Take) -> str:
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("Movements", happened(measures, poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
-        ("Which way is up", gravity_words(take)),
         ("Input and steps", provenance_of(take)),
     ]
     return page(take.title, head, sections, folded=True)

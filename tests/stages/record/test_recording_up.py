@@ -76,11 +76,8 @@ def test_up_of_a_moving_camera_and_of_who_does_not_stand_has_its_condition(make_
     assert "Up is known to within 5° (90 %), unless the image is turned" in words(laid)
 
 
-def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
+def test_the_bound_of_up_is_a_curve(taken):
     _, recording = taken()
-    _, _, values = recording.over_time("rotation/up", "Scalars:scalars")
-    np.testing.assert_allclose(np.ravel(values), np.linspace(0, 30, 12), atol=1e-6)
-    assert recording.static("rotation/up", "SeriesLines:names") == ["vote off the take's up (deg)"]
     assert np.ravel(recording.over_time("rotation/bound", "Scalars:scalars")[2]).tolist() == [5] * 12
 
 
