@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -46,10 +46,10 @@ _PARTS: tuple[tuple[str, dict[str, float]], ...] = (
 )
 
 
-def images(walk: Walk, camera: Camera) -> Iterator[np.ndarray]:
-    """(height, width, 3) uint8 RGB, one for every frame of the take."""
-    floor = _floor(camera)
-    for landmarks in halpe26(walk):
+def images(walk: Walk, camera: Camera, frames: Iterable[int] | None = None) -> Iterator[np.ndarray]:
+    """(height, width, 3) uint8 RGB of the take's frames: of these, or of each."""
+    floor, places = _floor(camera), halpe26(walk)
+    for landmarks in places if frames is None else (places[frame] for frame in frames):
         image = (floor * _shadow(landmarks, walk.stature_m, camera)[..., None]).astype(np.uint8)
         _draw_person(image, landmarks, walk.stature_m, camera)
         yield image

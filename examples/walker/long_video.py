@@ -4,10 +4,8 @@ again."""
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import cycle, islice
+from itertools import cycle
 from pathlib import Path
-
-import numpy as np
 
 from .camera import side_camera
 from .image import images
@@ -18,20 +16,16 @@ def write_long_video(path: Path, seconds: float) -> None:
     """640 x 360 pixels, 30 frames a second, H.264 in MP4. The way there and back is encoded once, the rest are copies
     of its packets."""
     import av
-    import cv2
 
     walk = walker()
-    frames = round(seconds * walk.fps)
-    shown = islice(images(walk, side_camera(walk)), frames)
-    # As JPEG a hundredth of the memory: what reads the video afterwards may be what is measured.
-    there = [cv2.imencode(".jpg", image)[1] for image in shown]
+    frames, there = round(seconds * walk.fps), range(len(walk))
+    shown = images(walk, side_camera(walk), [*there, *reversed(there)][:frames])
     with av.open(str(path), "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=Fraction(walk.fps).limit_denominator(1001))
         stream.width, stream.height, stream.pix_fmt = 640, 360, "yuv420p"
         stream.options = {"crf": "21", "preset": "fast", "bf": "0", "g": "60"}
         packets = []
-        for number, jpeg in enumerate([*there, *reversed(there)][:frames]):
-            drawn = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR_RGB))
+        for number, drawn in enumerate(shown):
             image = av.VideoFrame.from_ndarray(drawn, format="rgb24")
             image.pts, image.time_base = number, Fraction(1, 30)
             packets += stream.encode(image)

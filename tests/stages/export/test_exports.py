@@ -14,42 +14,25 @@ from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, floor_height
 from pcnet3d.pipeline.core.frames import METRES, Frame
 from pcnet3d.pipeline.core.measures import read_measures
+from pcnet3d.pipeline.files.markers import Markers, read_trc
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 from refusals import refused
 
-TRC_KEYS = [
-    "DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame",
-    "OrigNumFrames",
-]  # fmt: skip
 
-
-def read_trc(path):
-    """(T, M, 3), names, times, values of the header; by the rules of OpenSim's TRCFileAdapter."""
-    lines = path.read_text().splitlines()
-    assert lines[0].split("\t")[:3] == ["PathFileType", "4", "(X/Y/Z)"]
-    assert lines[1].split("\t") == TRC_KEYS
-    header = dict(zip(TRC_KEYS, lines[2].split("\t"), strict=True))
-    count = int(header["NumMarkers"])
-    labels = [label for label in lines[3].split("\t") if label]
-    assert labels[:2] == ["Frame#", "Time"]
-    assert len(labels) == count + 2
-    numbered = [f"{axis}{i}" for i in range(1, count + 1) for axis in "XYZ"]
-    assert [label for label in lines[4].split("\t") if label] == numbered
-    assert lines[5] == ""
-    rows = np.array([[float(cell) for cell in line.split("\t")] for line in lines[6:]])
-    assert rows.shape == (int(header["NumFrames"]), 2 + 3 * count)
-    assert rows[:, 0].tolist() == list(range(1, len(rows) + 1))
-    return rows[:, 2:].reshape(len(rows), count, 3), labels[2:], rows[:, 1], header
+def trc_of(take, folder) -> Markers:
+    """What our reader finds in the take's TRC file; OpenSim's own reads it below."""
+    return read_trc(exported(take, folder, "trc") / "markers.trc")
 
 
 def test_trc_is_the_filtered_skeleton_with_y_up_in_metres(take, tmp_path):
-    found, names, time_s, header = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
+    trc = trc_of(take, tmp_path)
+    found, names = trc.points, trc.names
     assert names == list(H36M17.joints)
-    assert header["Units"] == "m"
-    assert float(header["DataRate"]) == pytest.approx(FPS)
-    np.testing.assert_allclose(time_s, take.poses.times, atol=1e-6)
+    assert trc.unit == "m"
+    assert trc.numbers.tolist() == list(range(1, ROWS + 1))
+    np.testing.assert_allclose(trc.time_s, take.poses.times, atol=1e-6)
     level = take.filtered.joints
     np.testing.assert_allclose(found, np.stack([-level[..., 0], level[..., 2], level[..., 1]], -1), atol=1e-6)
     at = {name: found[0, i] for i, name in enumerate(names)}
@@ -76,7 +59,8 @@ def test_what_is_too_short_to_be_smoothed_is_not_written(facing_camera, tmp_path
 
 
 def test_a_person_who_walks_moves_through_the_trc(walks, tmp_path):
-    found, names, time_s, _ = read_trc(exported(walks, tmp_path, "trc") / "markers.trc")
+    trc = trc_of(walks, tmp_path)
+    found, names, time_s = trc.points, trc.names, trc.time_s
     pelvis = found[:, names.index("pelvis")]
     forward = walks.rectified.R_source_from_level.T @ [0, 0, -1.3]
     speed = np.array([-forward[0], forward[2], forward[1]])
@@ -91,8 +75,9 @@ def test_a_person_who_walks_moves_through_the_trc(walks, tmp_path):
 def test_uneven_stamps_become_an_even_rate(facing_camera, tmp_path):
     time_s = np.cumsum(np.random.default_rng(0).uniform(0.025, 0.042, 90))
     take = made(facing_camera, time_s=time_s)
-    found, names, even_s, header = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
-    np.testing.assert_allclose(np.diff(even_s), 1 / float(header["DataRate"]), atol=2e-6)
+    trc = trc_of(take, tmp_path)
+    found, names, even_s = trc.points, trc.names, trc.time_s
+    assert np.ptp(np.diff(even_s)) < 3e-6
     wrist = take.filtered.joint("r_wrist")[:, 1]
     expected = np.interp(even_s, time_s, wrist)
     np.testing.assert_allclose(found[:, names.index("r_wrist"), 2], expected, atol=2e-3)
@@ -102,9 +87,8 @@ def test_uneven_stamps_become_an_even_rate(facing_camera, tmp_path):
 def test_images_that_the_recording_lacks_are_gaps_whatever_the_stamps(facing_camera, tmp_path, jitter_s):
     late = np.random.default_rng(0).uniform(0, jitter_s, ROWS)
     time_s = np.arange(ROWS) / FPS + late + 3 / FPS * (np.arange(ROWS) >= 40)
-    found, names, even_s, _ = read_trc(
-        exported(made(facing_camera, time_s=time_s), tmp_path, "trc") / "markers.trc"
-    )
+    trc = trc_of(made(facing_camera, time_s=time_s), tmp_path)
+    found, names, even_s = trc.points, trc.names, trc.time_s
     lost = np.isnan(found[:, names.index("r_wrist")]).any(axis=1)
     assert len(even_s) == pytest.approx(ROWS + 3, abs=1)
     assert 3 <= lost.sum() <= 4
@@ -196,6 +180,7 @@ def test_opensim_opens_trc_and_mot(take, tmp_path):
     folder = exported(take, tmp_path, "trc", "mot")
     markers = opensim.TimeSeriesTableVec3(str(folder / "markers.trc"))
     assert list(markers.getColumnLabels()) == list(H36M17.joints)
+    assert markers.getNumRows() == ROWS
     assert float(markers.getTableMetaDataAsString("DataRate")) == pytest.approx(FPS)
     assert markers.getTableMetaDataAsString("Units") == "m"
     np.testing.assert_allclose(markers.getIndependentColumn(), take.poses.times, atol=1e-6)
