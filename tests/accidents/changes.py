@@ -13,10 +13,13 @@ from pcnet3d.pipeline.core.layouts import COCO17, H36M17, Layout
 from .material import Bases, Given
 
 Make = Callable[[Given, Bases], Given]
-Change = Callable[
-    [np.ndarray], np.ndarray
-]  # of pixels (T, 17, 2) or joints (T, 17, 3), which it may overwrite
+Change = Callable[[np.ndarray], np.ndarray]  # of pixels (T, 17, 2) or joints (T, 17, 3), which it may alter
 LIMBS = ("knee", "ankle", "elbow", "wrist")
+
+
+def told_before(function: Callable[..., Any]) -> Callable[..., Any]:
+    """function(value, *words) by its words alone: told_before(function)(*words) is a Make or a Change."""
+    return lambda *words, **named: lambda value, *_: function(value, *words, **named)
 
 
 def layout_of(points: np.ndarray) -> Layout:
@@ -34,60 +37,46 @@ def of_points(change: Change, video: bool = False) -> Make:
     return in_image(lambda points, _: change(points), video)
 
 
-def in_image(change: Callable[[np.ndarray, np.ndarray], np.ndarray], video: bool = False) -> Make:
+@told_before
+def in_image(
+    given: Given, change: Callable[[np.ndarray, np.ndarray], np.ndarray], video: bool = False
+) -> Given:
     """The same; change: of pixels by the image's size (2,)."""
-
-    def make(given: Given, _: Bases) -> Given:
-        assert given.points is not None
-        moved = change(given.points[..., :2].copy(), given.size)
-        points = np.concatenate([moved, given.points[..., 2:]], axis=-1)
-        return given.with_(points=points, video=given.video if video else None)
-
-    return make
+    moved = change(given.points[..., :2].copy(), given.size)
+    points = np.concatenate([moved, given.points[..., 2:]], axis=-1)
+    return given.with_(points=points, video=given.video if video else None)
 
 
-def of_poses(change: Change, alone: bool = True) -> Make:
+@told_before
+def of_poses(given: Given, change: Change, alone: bool = True) -> Given:
     """Other joints. alone: whether the keypoints are left out."""
-
-    def make(given: Given, _: Bases) -> Given:
-        assert given.poses is not None
-        return given.with_(poses=change(given.poses.copy()), points=None if alone else given.points)
-
-    return make
+    return given.with_(poses=change(given.poses.copy()), points=None if alone else given.points)
 
 
-def told(**words: Any) -> Make:
-    return lambda given, _: given.with_(words=given.words | words)
+@told_before
+def told(given: Given, **words: Any) -> Given:
+    return given.with_(words=given.words | words)
 
 
-def told_rate(fps: float) -> Make:
-    return lambda given, _: given.with_(words=given.words | {"fps": fps}, video=None)
+@told_before
+def told_rate(given: Given, fps: float) -> Given:
+    return given.with_(words=given.words | {"fps": fps}, video=None)
 
 
-def focal_times(factor: float) -> Make:
-    def make(given: Given, _: Bases) -> Given:
-        focal = given.words.get("focal", 1.0 * max(given.words["image_size"]))
-        return given.with_(words=given.words | {"focal": factor * focal})
-
-    return make
+@told_before
+def focal_times(given: Given, factor: float) -> Given:
+    focal = given.words.get("focal", 1.0 * max(given.words["image_size"]))
+    return given.with_(words=given.words | {"focal": factor * focal})
 
 
 # Rows that are lost, repeated or of another time.
 
 
-def kept(rows: Callable[[int], np.ndarray], video: bool = False) -> Make:
+@told_before
+def kept(given: Given, rows: Callable[[int], np.ndarray], video: bool = False) -> Given:
     """rows: which of so many follow one another, their numbers lost; the video beside them only where it is said."""
-
-    def make(given: Given, _: Bases) -> Given:
-        chosen = rows(len(given.frames))
-        return given.with_(
-            frames=np.arange(len(chosen)),
-            points=None if given.points is None else given.points[chosen],
-            poses=None if given.poses is None else given.poses[chosen],
-            video=given.video if video else None,
-        )
-
-    return make
+    chosen = rows(len(given.frames))
+    return given.at(chosen, frames=np.arange(len(chosen)), video=given.video if video else None)
 
 
 def every(step: int, of: int, video: bool = False) -> Make:
@@ -95,54 +84,33 @@ def every(step: int, of: int, video: bool = False) -> Make:
     return kept(lambda count: np.flatnonzero(np.arange(count) % step < of), video)
 
 
-def shown(rows: Callable[[np.ndarray], np.ndarray], video: bool = False) -> Make:
+@told_before
+def shown(given: Given, rows: Callable[[np.ndarray], np.ndarray], video: bool = False) -> Given:
     """Each row has what another one had, and keeps its number; rows: the others (T,) by those (T,)."""
-
-    def make(given: Given, _: Bases) -> Given:
-        others = rows(np.arange(len(given.frames)))
-        return given.with_(
-            points=None if given.points is None else given.points[others],
-            poses=None if given.poses is None else given.poses[others],
-            video=given.video if video else None,
-        )
-
-    return make
+    return given.at(rows(np.arange(len(given.frames))), video=given.video if video else None)
 
 
-def late(rows: int) -> Make:
+@told_before
+def late(given: Given, rows: int) -> Given:
     """Keypoints so many rows late, or early, against poses or the video."""
-
-    def make(given: Given, _: Bases) -> Given:
-        assert given.points is not None
-        rest = slice(max(rows, 0), None)
-        points = np.roll(given.points, rows, axis=0)[rest]
-        poses = None if given.poses is None else given.poses[rest]
-        return given.with_(points=points, frames=given.frames[rest], poses=poses)
-
-    return make
+    rest = slice(max(rows, 0), None)
+    return given.with_(points=np.roll(given.points, rows, axis=0)).at(rest, frames=given.frames[rest])
 
 
-def joints_late(rows: int, *parts: str, sides: str = "lr") -> Change:
+@told_before
+def joints_late(points: np.ndarray, rows: int, *parts: str, sides: str = "lr") -> np.ndarray:
     """These joints of these sides so many rows late, all where none is named."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        layout = layout_of(points)
-        chosen = layout.indices([f"{side}_{each}" for side in sides for each in parts or _sided(layout)])
-        points[rows:, chosen] = points[:-rows, chosen]
-        return points
-
-    return change
+    layout = layout_of(points)
+    chosen = layout.indices([f"{side}_{each}" for side in sides for each in parts or _sided(layout)])
+    points[rows:, chosen] = points[:-rows, chosen]
+    return points
 
 
-def part(start: float, stop: float) -> Make:
+@told_before
+def part(given: Given, start: float, stop: float) -> Given:
     """The rows between two shares of the take, numbered from 0, beside all of the video."""
-
-    def make(given: Given, _: Bases) -> Given:
-        assert given.points is not None
-        rows = slice(int(start * len(given.points)), int(stop * len(given.points)))
-        return given.with_(points=given.points[rows], frames=np.arange(len(given.points[rows])))
-
-    return make
+    rows = slice(int(start * len(given.points)), int(stop * len(given.points)))
+    return given.at(rows, frames=np.arange(len(given.points[rows])))
 
 
 def _between(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -152,25 +120,22 @@ def _between(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.stack(made, axis=-1).reshape(len(rows), *values.shape[1:])
 
 
-def at_rate(rate: float, points: bool = True, poses: bool = False, noise_px: float = 0.0) -> Make:
+@told_before
+def at_rate(
+    given: Given, rate: float, points: bool = True, poses: bool = False, noise_px: float = 0.0
+) -> Given:
     """Points, poses or both at so many times the rate, between the old rows on lines, with a detector's noise, numbered
     one after another; the video beside keypoints alone."""
-
-    def make(given: Given, _: Bases) -> Given:
-        rows = np.arange(0, len(given.frames) - 1, 1 / rate)[: len(given.frames)]
-        made = {
-            name: _between(values, rows) if use else values[: len(rows)]
-            for name, use in (("points", points), ("poses", poses))
-            if (values := getattr(given, name)) is not None
-        }
-        if noise_px:
-            made["points"][..., :2] += np.random.default_rng(0).normal(
-                0, noise_px, made["points"][..., :2].shape
-            )
-        video = given.video if points and given.poses is None else None
-        return given.with_(frames=np.arange(len(rows)), video=video, **made)
-
-    return make
+    rows = np.arange(0, len(given.frames) - 1, 1 / rate)[: len(given.frames)]
+    made = {
+        name: _between(values, rows) if use else values[: len(rows)]
+        for name, use in (("points", points), ("poses", poses))
+        if (values := getattr(given, name)) is not None
+    }
+    if noise_px:
+        made["points"][..., :2] += np.random.default_rng(0).normal(0, noise_px, made["points"][..., :2].shape)
+    video = given.video if points and given.poses is None else None
+    return given.with_(frames=np.arange(len(rows)), video=video, **made)
 
 
 def hole(given: Given, _: Bases) -> Given:
@@ -182,34 +147,27 @@ def hole(given: Given, _: Bases) -> Given:
 # Joints in another's place.
 
 
-def permuted(**of: str) -> Change:
+@told_before
+def permuted(points: np.ndarray, **of: str) -> np.ndarray:
     """joint=other: the joint's column holds the other one."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        layout = layout_of(points)
-        new = points.copy()
-        new[:, layout.indices(list(of))] = points[:, layout.indices(list(of.values()))]
-        return new
-
-    return change
+    layout = layout_of(points)
+    new = points.copy()
+    new[:, layout.indices(list(of))] = points[:, layout.indices(list(of.values()))]
+    return new
 
 
-def sides_of(*parts: str, of_half: bool = False) -> Change:
+@told_before
+def sides_of(points: np.ndarray, *parts: str, of_half: bool = False) -> np.ndarray:
     """Left and right of these joints, of all where none is named, exchanged in all rows or from the middle on."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        named = parts or _sided(layout_of(points))
-        both = {f"{a}_{each}": f"{b}_{each}" for each in named for a, b in ("lr", "rl")}
-        start = len(points) // 2 if of_half else 0
-        points[start:] = permuted(**both)(points[start:])
-        return points
-
-    return change
+    named = parts or _sided(layout_of(points))
+    both = {f"{a}_{each}": f"{b}_{each}" for each in named for a, b in ("lr", "rl")}
+    start = len(points) // 2 if of_half else 0
+    points[start:] = permuted(**both)(points[start:])
+    return points
 
 
 def sides_and_scores(given: Given, _: Bases) -> Given:
     """Left and right of all keypoints exchanged with their scores."""
-    assert given.points is not None
     points, scores = (sides_of()(given.points[..., part].copy()) for part in (slice(2), [2, 2]))
     return given.with_(points=np.concatenate([points, scores[..., :1]], axis=-1), video=None)
 
@@ -223,18 +181,17 @@ def leg_copied(points: np.ndarray) -> np.ndarray:
     return points
 
 
-def lost(fill: Callable[[np.ndarray, int, int], np.ndarray], rows: int, apart: int) -> Change:
+@told_before
+def lost(
+    points: np.ndarray, fill: Callable[[np.ndarray, int, int], np.ndarray], rows: int, apart: int
+) -> np.ndarray:
     """Limbs are lost for some rows every so often; fill: of all points, the first row and the one behind the last ->
     (rows, 17, D) what stands there then."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        limbs = layout_of(points).indices([f"{side}_{each}" for side in "lr" for each in LIMBS])
-        old = points.copy()
-        for first in range(5, len(points) - rows, apart):
-            points[first : first + rows, limbs] = fill(old, first, first + rows)[:, limbs]
-        return points
-
-    return change
+    limbs = layout_of(points).indices([f"{side}_{each}" for side in "lr" for each in LIMBS])
+    old = points.copy()
+    for first in range(5, len(points) - rows, apart):
+        points[first : first + rows, limbs] = fill(old, first, first + rows)[:, limbs]
+    return points
 
 
 def by_lines(points: np.ndarray, first: int, end: int) -> np.ndarray:
@@ -257,49 +214,39 @@ def by_middle(points: np.ndarray, first: int, end: int) -> np.ndarray:
 # Another shape, size or place.
 
 
-def smooth(frames: int, mode: str = "reflect") -> Change:
-    return lambda points: uniform_filter1d(points, frames, axis=0, mode=mode)
+@told_before
+def smooth(points: np.ndarray, frames: int, mode: str = "reflect") -> np.ndarray:
+    return uniform_filter1d(points, frames, axis=0, mode=mode)
 
 
-def trailing(share: float) -> Change:
+@told_before
+def trailing(points: np.ndarray, share: float) -> np.ndarray:
     """Exponential smoothing, which lags."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        for row in range(1, len(points)):
-            points[row] = share * points[row - 1] + (1 - share) * points[row]
-        return points
-
-    return change
+    for row in range(1, len(points)):
+        points[row] = share * points[row - 1] + (1 - share) * points[row]
+    return points
 
 
-def rotated(degrees: float) -> Change:
+@told_before
+def rotated(points: np.ndarray, degrees: float) -> np.ndarray:
     """In the image's plane, about the middle of all points."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        sin, cos = np.sin(np.radians(degrees)), np.cos(np.radians(degrees))
-        middle = points.mean(axis=(0, 1)) if points.shape[-1] == 2 else np.zeros(3)
-        at = points - middle
-        at[..., 0], at[..., 1] = cos * at[..., 0] - sin * at[..., 1], sin * at[..., 0] + cos * at[..., 1]
-        return at + middle
-
-    return change
+    sin, cos = np.sin(np.radians(degrees)), np.cos(np.radians(degrees))
+    middle = points.mean(axis=(0, 1)) if points.shape[-1] == 2 else np.zeros(3)
+    at = points - middle
+    at[..., 0], at[..., 1] = cos * at[..., 0] - sin * at[..., 1], sin * at[..., 0] + cos * at[..., 1]
+    return at + middle
 
 
-def resized(x: float, y: float, size_too: bool = True, video: bool = False) -> Make:
+@told_before
+def resized(given: Given, x: float, y: float, size_too: bool = True, video: bool = False) -> Given:
     """Pixels so many times as wide and high, and the image's size with them."""
-
-    def make(given: Given, _: Bases) -> Given:
-        assert given.points is not None
-        size = tuple(int(side) for side in given.size * (x, y))
-        words = given.words | {"image_size": size} if size_too else given.words
-        return given.with_(points=given.points * (x, y, 1), words=words, video=given.video if video else None)
-
-    return make
+    size = tuple(int(side) for side in given.size * (x, y))
+    words = given.words | {"image_size": size} if size_too else given.words
+    return given.with_(points=given.points * (x, y, 1), words=words, video=given.video if video else None)
 
 
 def turned(given: Given, _: Bases) -> Given:
     """The image lies on its side."""
-    assert given.points is not None
     width, height = given.words["image_size"]
     x, y, score = np.moveaxis(given.points, -1, 0)
     points = np.stack([height - y, x, score], axis=-1)
@@ -311,31 +258,26 @@ def moved(x: float, y: float) -> Make:
     return in_image(lambda points, size: points + size * (x, y), video=True)
 
 
-def half_in_another_unit(factor: float) -> Change:
+@told_before
+def half_in_another_unit(points: np.ndarray, factor: float) -> np.ndarray:
     """From the middle on."""
-
-    def change(points: np.ndarray) -> np.ndarray:
-        points[len(points) // 2 :] *= factor
-        return points
-
-    return change
+    points[len(points) // 2 :] *= factor
+    return points
 
 
-def less(share: float) -> Change:
+@told_before
+def less(joints: np.ndarray, share: float) -> np.ndarray:
     """The movement about the mean pose so many times as large."""
-    return lambda joints: joints.mean(axis=0) + share * (joints - joints.mean(axis=0))
+    return joints.mean(axis=0) + share * (joints - joints.mean(axis=0))
 
 
-def legs(factor: float) -> Change:
+@told_before
+def legs(joints: np.ndarray, factor: float) -> np.ndarray:
     """Legs so many times as long."""
-
-    def change(joints: np.ndarray) -> np.ndarray:
-        for side in "lr":
-            hip, *below = H36M17.indices([f"{side}_{each}" for each in ("hip", "knee", "ankle")])
-            joints[:, below] = joints[:, [hip]] + factor * (joints[:, below] - joints[:, [hip]])
-        return joints
-
-    return change
+    for side in "lr":
+        hip, *below = H36M17.indices([f"{side}_{each}" for each in ("hip", "knee", "ankle")])
+        joints[:, below] = joints[:, [hip]] + factor * (joints[:, below] - joints[:, [hip]])
+    return joints
 
 
 def left_leg_negated(joints: np.ndarray) -> np.ndarray:
@@ -383,7 +325,6 @@ def alternating(points: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 def of_other(given: Given, bases: Bases) -> Given:
     """Keypoints of another recording, about as large and in the same place on the whole."""
-    assert given.points is not None
     points = np.resize(np.asarray(bases["08_04"].points), given.points.shape)
     scale = np.ptp(given.points[..., 1]) / max(np.ptp(points[..., 1]), 1.0)
     about, to = points[..., :2].mean(axis=(0, 1)), given.points[..., :2].mean(axis=(0, 1))
@@ -393,7 +334,6 @@ def of_other(given: Given, bases: Bases) -> Given:
 
 def of_other_in_place(given: Given, bases: Bases) -> Given:
     """Keypoints of another recording, made to fill the same part of the image in every row."""
-    assert given.points is not None
     other = np.resize(np.asarray(bases["07_03"].points), given.points.shape)
 
     def ends(of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -407,7 +347,6 @@ def of_other_in_place(given: Given, bases: Bases) -> Given:
 
 def arm_of_other(given: Given, bases: Bases) -> Given:
     """The right arm is another recording's, hung on this shoulder."""
-    assert given.points is not None
     points, arm = given.points.copy(), COCO17.indices(["r_elbow", "r_wrist"])
     shoulder = COCO17.index("r_shoulder")
     their = np.resize(np.asarray(bases["accad-m1_lift-box"].points), points.shape)

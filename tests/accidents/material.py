@@ -59,6 +59,13 @@ class Given:
         """A copy with these changes."""
         return replace(self, **changes)
 
+    def at(self, rows: np.ndarray | slice, **changes: Any) -> Given:
+        """The same with the points and poses of these rows, and these changes."""
+        held = {
+            name: values[rows] for name in ("points", "poses") if (values := getattr(self, name)) is not None
+        }
+        return replace(self, **held, **changes)
+
     @property
     def size(self) -> np.ndarray:
         """(2,) of the image."""
@@ -154,7 +161,6 @@ def seen_take(clip: Clip, bed: Bed, seed: int, noise: Noise | None = None) -> Gi
 def _lifted(given: Given) -> Given:
     """The same with poses that the built-in lifter made, as another program's."""
     size = given.words["image_size"]
-    assert given.points is not None
     points = PoseSequence(
         given.points[..., :2], COCO17, _IMAGE, given.points[..., 2], given.frames / 30.0, given.frames
     )
@@ -191,14 +197,12 @@ def honest(people: People, each: int) -> Iterator[tuple[str, str, Given]]:
 
 def _cut(given: Given, rows: int, seed: int) -> Given:
     """So many rows of a take, from somewhere in it on."""
-    assert given.points is not None
     first = int(np.random.default_rng(seed).integers(max(len(given.points) - rows, 0) + 1))
-    return given.with_(points=given.points[first : first + rows], frames=given.frames[:rows])
+    return given.at(slice(first, first + rows), frames=given.frames[:rows])
 
 
 def _by_another(given: Given, seed: int) -> Given:
     """The same keypoints as another detector, whose errors last for some frames too, would have them."""
-    assert given.points is not None
     points = given.points.copy()
     found = (points[..., 2:] > 0).all(axis=-1)
     size = np.median(
