@@ -59,10 +59,9 @@ def toy_detector(path: Path, score: float = 0.9) -> Path:
     """MoveNet's inputs and outputs; finds the joints of `in_the_middle`, with that score, by the brightness of the
     patch in the crop that it looks at: that of all of the image, which is black above, or that of the person, which has
     a white patch; nobody in others."""
-    onnx = pytest.importorskip("onnx")
+    pytest.importorskip("onnx")
     from golden.networks import save_graph
 
-    helper, kinds = onnx.helper, onnx.TensorProto
     answers = np.full(
         (3, FRAMES, 1, 1, 17, 3), -5.0, np.float32
     )  # in other crops, of the person, of all of the image
@@ -70,39 +69,36 @@ def toy_detector(path: Path, score: float = 0.9) -> Path:
     for rows, (left, top, side) in zip(answers[1:], (PERSON, WHOLE), strict=True):
         rows[:, 0, 0, :, :2] = ((in_the_middle() - [left, top]) / side)[..., ::-1]
         rows[..., 2] = score
-    constants = {
+    held = {
         "answers": answers.reshape(-1, 1, 1, 17, 3),
         "dark": np.float32(20), "white": np.float32(215), "black": np.float32(8), "step": np.float32(STEP),
         "frames": np.array(FRAMES), "two": np.array(2),
     }  # fmt: skip
-    nodes = [helper.make_node("Cast", ["image"], ["pixels"], to=kinds.FLOAT)]
     # Rows and columns of the input, whose side is 192.
     for name, (top, bottom, left, right) in {
         "above": (0, 30, 60, 130), "beside": (4, 18, 30, 44), "own": (4, 18, 4, 18), "whole": (45, 53, 3, 11),
     }.items():  # fmt: skip
-        constants |= {
-            f"{name}_from": np.array([0, top, left, 0]),
-            f"{name}_to": np.array([1, bottom, right, 3]),
-        }
-        nodes += [
-            helper.make_node("Slice", ["pixels", f"{name}_from", f"{name}_to"], [f"{name}_part"]),
-            helper.make_node("ReduceMean", [f"{name}_part"], [f"{name}_grey"], keepdims=0),
-        ]
-    nodes += [
-        helper.make_node("Less", ["above_grey", "dark"], ["is_whole"]),
-        helper.make_node("Greater", ["beside_grey", "white"], ["is_person"]),
-        helper.make_node("Where", ["is_whole", "whole_grey", "own_grey"], ["grey"]),
-        helper.make_node("Sub", ["grey", "black"], ["lighter"]),
-        helper.make_node("Div", ["lighter", "step"], ["number"]),
-        helper.make_node("Round", ["number"], ["rounded"]),
-        helper.make_node("Cast", ["rounded"], ["frame"], to=kinds.INT64),
-        helper.make_node("Cast", ["is_whole"], ["whole_once"], to=kinds.INT64),
-        helper.make_node("Mul", ["whole_once", "two"], ["whole_twice"]),
-        helper.make_node("Cast", ["is_person"], ["person_once"], to=kinds.INT64),
-        helper.make_node("Max", ["whole_twice", "person_once"], ["crop"]),
-        helper.make_node("Mul", ["crop", "frames"], ["first"]),
-        helper.make_node("Add", ["first", "frame"], ["row"]),
-        helper.make_node("Gather", ["answers", "row"], ["person"], axis=0),
-    ]
-    inputs = {"image": (kinds.UINT8, [1, 192, 192, 3])}
-    return save_graph(path, nodes, inputs, {"person": [1, 1, 17, 3]}, constants)
+        held |= {f"{name}_from": np.array([0, top, left, 0]), f"{name}_to": np.array([1, bottom, right, 3])}
+    greys = "".join(
+        f"{name}_part = Slice (pixels, {name}_from, {name}_to) {name}_grey = ReduceMean <keepdims=0> ({name}_part)\n"
+        for name in ("above", "beside", "own", "whole")
+    )
+    graph = f"""toy (uint8[1, 192, 192, 3] image) => (float[1, 1, 17, 3] person) {{
+        pixels = Cast <to=1> (image)
+        {greys}
+        is_whole = Less (above_grey, dark)
+        is_person = Greater (beside_grey, white)
+        grey = Where (is_whole, whole_grey, own_grey)
+        lighter = Sub (grey, black)
+        number = Div (lighter, step)
+        rounded = Round (number)
+        frame = Cast <to=7> (rounded)
+        whole_once = Cast <to=7> (is_whole)
+        whole_twice = Mul (whole_once, two)
+        person_once = Cast <to=7> (is_person)
+        crop = Max (whole_twice, person_once)
+        first = Mul (crop, frames)
+        row = Add (first, frame)
+        person = Gather <axis=0> (answers, row)
+    }}"""
+    return save_graph(path, graph, held)

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from onnx import TensorProto, helper
 
 from commands import pcnet3d, recipe_of
 from golden.films import film_of
@@ -38,20 +37,18 @@ def joints_of(box: Box) -> np.ndarray:
 
 def constant_graph(path: Path, shape: Sequence[int], answers: dict[str, np.ndarray]) -> Path:
     """A network whose outputs are always the same, for a float input of that shape."""
-    constants, nodes = {}, []
-    for name, answer in answers.items():
-        constants[f"{name}_0"] = answer
-        nodes.append(helper.make_node("Identity", [f"{name}_0"], [name]))
-    kinds = {"f": TensorProto.FLOAT, "i": TensorProto.INT64}
-    outputs = {name: (kinds[answer.dtype.kind], answer.shape) for name, answer in answers.items()}
-    return save_graph(path, nodes, {"input": shape}, outputs, constants)
+    kinds = {"f": "float", "i": "int64"}
+    outputs = [f"{kinds[answer.dtype.kind]}{[*answer.shape]} {name}" for name, answer in answers.items()]
+    nodes = "".join(f"{name} = Identity ({name}_0)\n" for name in answers)
+    graph = f"toy (float{[*shape]} input) => ({', '.join(outputs)}) {{ {nodes} }}"
+    return save_graph(path, graph, {f"{name}_0": answer for name, answer in answers.items()})
 
 
-def save_toy(path: Path, kind: int = TensorProto.UINT8, side: int = 192) -> Path:
+def save_toy(path: Path, kind: str = "uint8", side: int = 192) -> Path:
     """Inputs and outputs of MoveNet; the joints are where `joints_of` has them, with score 0.9, for red in the image;
     without red the score is 0."""
     at = ((np.arange(side) + 0.5) / side).astype(np.float32)
-    constants = {
+    held = {
         "weights": np.array([1, -0.5, -0.5], np.float32).reshape(1, 1, 1, 3),
         "columns": at.reshape(1, 1, side),
         "rows": at.reshape(1, side, 1),
@@ -60,43 +57,40 @@ def save_toy(path: Path, kind: int = TensorProto.UINT8, side: int = 192) -> Path
         "no_less": np.float32(1e-6), "threshold": np.float32(60), "enough": np.float32(1e-4),
         "most": np.full((1, 1, 17), 0.9, np.float32),
         "channel": np.array([3], np.int64), "whole": np.array([1, 2], np.int64),
-        "last": np.array([3], np.int64), "shape": np.array([1, 1, 1], np.int64),
+        "last": np.array([3], np.int64),
     }  # fmt: skip
-    node = helper.make_node
-    nodes = [
-        node("Cast", ["input"], ["picture"], to=TensorProto.FLOAT),
-        node("Mul", ["picture", "weights"], ["weighted"]),
-        node("ReduceSum", ["weighted", "channel"], ["redness"], keepdims=0),
-        node("Greater", ["redness", "threshold"], ["is_red"]),
-        node("Cast", ["is_red"], ["red"], to=TensorProto.FLOAT),
-        node("ReduceSum", ["red", "whole"], ["sum"], keepdims=1),
-        node("Max", ["sum", "no_less"], ["mass"]),
-    ]
-    for name, grid in (("x", "columns"), ("y", "rows")):
-        nodes += [
-            node("Mul", ["red", grid], [f"m_{name}"]),
-            node("ReduceSum", [f"m_{name}", "whole"], [f"s_{name}"], keepdims=1),
-            node("Div", [f"s_{name}", "mass"], [f"mean_{name}"]),
-            node("Sub", [grid, f"mean_{name}"], [f"off_{name}"]),
-            node("Mul", [f"off_{name}", f"off_{name}"], [f"square_{name}"]),
-            node("Mul", [f"square_{name}", "red"], [f"held_{name}"]),
-            node("ReduceSum", [f"held_{name}", "whole"], [f"spread_{name}"], keepdims=1),
-            node("Div", [f"spread_{name}", "mass"], [f"variance_{name}"]),
-            node("Sqrt", [f"variance_{name}"], [f"deviation_{name}"]),
-            node("Mul", [f"deviation_{name}", f"body_{name}"], [f"reach_{name}"]),
-            node("Add", [f"reach_{name}", f"mean_{name}"], [f"at_{name}"]),
-        ]
-    nodes += [
-        node("Greater", ["sum", "enough"], ["there"]),
-        node("Cast", ["there"], ["there_1"], to=TensorProto.FLOAT),
-        node("Mul", ["there_1", "most"], ["score"]),
-        node("Unsqueeze", ["at_y", "last"], ["y"]),
-        node("Unsqueeze", ["at_x", "last"], ["x"]),
-        node("Unsqueeze", ["score", "last"], ["s"]),
-        node("Concat", ["y", "x", "s"], ["output"], axis=3),
-    ]
-    inputs = {"input": (kind, (1, side, side, 3))}
-    return save_graph(path, nodes, inputs, {"output": (1, 1, 17, 3)}, constants)
+    places = "".join(
+        f"""m_{of} = Mul (red, {grid})
+        s_{of} = ReduceSum <keepdims=1> (m_{of}, whole)
+        mean_{of} = Div (s_{of}, mass)
+        off_{of} = Sub ({grid}, mean_{of})
+        square_{of} = Mul (off_{of}, off_{of})
+        held_{of} = Mul (square_{of}, red)
+        spread_{of} = ReduceSum <keepdims=1> (held_{of}, whole)
+        variance_{of} = Div (spread_{of}, mass)
+        deviation_{of} = Sqrt (variance_{of})
+        reach_{of} = Mul (deviation_{of}, body_{of})
+        at_{of} = Add (reach_{of}, mean_{of})
+        {of} = Unsqueeze (at_{of}, last)
+        """
+        for of, grid in (("x", "columns"), ("y", "rows"))
+    )
+    graph = f"""toy ({kind}[1, {side}, {side}, 3] input) => (float[1, 1, 17, 3] output) {{
+        image = Cast <to=1> (input)
+        weighted = Mul (image, weights)
+        redness = ReduceSum <keepdims=0> (weighted, channel)
+        is_red = Greater (redness, threshold)
+        red = Cast <to=1> (is_red)
+        sum = ReduceSum <keepdims=1> (red, whole)
+        mass = Max (sum, no_less)
+        {places}
+        there = Greater (sum, enough)
+        there_1 = Cast <to=1> (there)
+        score = Mul (there_1, most)
+        s = Unsqueeze (score, last)
+        output = Concat <axis=3> (y, x, s)
+    }}"""
+    return save_graph(path, graph, held)
 
 
 @pytest.fixture(scope="session")
@@ -109,9 +103,6 @@ def toys() -> SimpleNamespace:
         film_in=film_in,
         scene=scene,
         walking=walking,
-        float=TensorProto.FLOAT,
-        int32=TensorProto.INT32,
-        uint8=TensorProto.UINT8,
     )
 
 

@@ -31,7 +31,7 @@ from refusals import refused
 @pytest.mark.parametrize("kind", ["uint8", "int32", "float"])
 @pytest.mark.parametrize("side", [192, 256])
 def test_movenet_finds_the_joints_where_they_are(toys, tmp_path, kind, side):
-    detector = load_detector(toys.save_toy(tmp_path / "toy.onnx", getattr(toys, kind), side))
+    detector = load_detector(toys.save_toy(tmp_path / "toy.onnx", kind, side))
     box = (120, 40, 180, 200)
     (found,) = detector.people(toys.scene(box))
     np.testing.assert_allclose(found.xy, toys.joints_of(box), atol=1.0)
@@ -259,7 +259,7 @@ def test_what_passes_for_a_person_in_one_look_alone_is_nobody(image, twice, agai
 
 
 def test_how_many_looks_a_detector_takes(tmp_path, toys):
-    one = toys.save_toy(tmp_path / "toy.onnx", toys.float)
+    one = toys.save_toy(tmp_path / "toy.onnx", "float")
     plain = load_detector(one).method
     assert load_detector(one, looks=None).method == f"{plain}, 2 looks"
     assert load_detector(one, looks=1).method == plain

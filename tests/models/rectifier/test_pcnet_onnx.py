@@ -158,7 +158,7 @@ def test_weights_of_torch_are_refused_with_what_to_do(tmp_path, name):
 
 
 def test_other_files_are_refused(tmp_path):
-    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
     from golden.networks import save_graph
 
     with pytest.raises(InputError, match=r"none\.onnx"):
@@ -166,7 +166,7 @@ def test_other_files_are_refused(tmp_path):
     (tmp_path / "text.onnx").write_text("not a network")
     with pytest.raises(InputError, match=r"text\.onnx"):
         PCNetRectifier(tmp_path / "text.onnx")
-    nodes = [onnx.helper.make_node("Identity", ["features"], ["joints"])]
-    save_graph(tmp_path / "lifter.onnx", nodes, {"features": ["batch", 72]}, {"joints": ["batch", 72]})
+    graph = "toy (float[batch, 72] features) => (float[batch, 72] joints) { joints = Identity (features) }"
+    save_graph(tmp_path / "lifter.onnx", graph)
     with refused("wrong-network"):
         PCNetRectifier(tmp_path / "lifter.onnx")
