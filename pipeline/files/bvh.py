@@ -155,9 +155,8 @@ def pose(
     count = len(skeleton.names)
     R = np.tile(np.eye(3), (len(frames), count, 1, 1))
     offsets = np.tile(skeleton.offsets, (len(frames), 1, 1))
-    turned: dict[
-        str, list[tuple[int, tuple[int, ...]]]
-    ] = {}  # joints and their columns, by the order of their axes
+    # Joints and their columns, by the order of their axes.
+    turned: dict[str, list[tuple[int, tuple[int, ...]]]] = {}
     for joint, own in _by_joint(channels).items():
         turns = [(i, name[0]) for i, name in own if name.endswith("rotation")]
         if turns:

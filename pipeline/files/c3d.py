@@ -101,10 +101,8 @@ def _parameters(content: bytes, at: int) -> dict[str, list[Any]]:
 
 def _values(record: bytes) -> list[Any]:
     """Of a parameter's record: type, number of dimensions, dimensions, data, the first dimension running fastest."""
-    kind, dims = (
-        int.from_bytes(record[:1], signed=True),
-        list(record[2 : 2 + (record[1] if len(record) > 1 else 0)]),
-    )
+    kind = int.from_bytes(record[:1], signed=True)
+    dims = list(record[2 : 2 + record[1]]) if len(record) > 1 else []
     count = math.prod(dims)
     data = record[2 + len(dims) :][: count * _ITEM.get(kind, 0)]
     if kind not in _ITEM or len(data) < count * _ITEM[kind]:

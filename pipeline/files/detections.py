@@ -24,6 +24,7 @@ _NUMBERS = {  # dimensions, kind of dtype
 _MOST = 0.5  # where more repeat, as of 10 frames a second in 30, accelerations were up to twice too high
 _FROZEN = 12  # images in a row that are told as one that stands still
 MOVES = 12.0  # grey values of `change`: a key frame leaves a still scene as it is within that
+_OF_ROWS = ("frame_index", "time_s", "person", "joints", "confidence", "box")
 _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
@@ -66,9 +67,8 @@ class Detections:
         if len(self.cuts):
             doubts.append(notice("scene-changes", count=len(self.cuts), frames=first_few(self.cuts)))
         if len(self.damaged):
-            doubts.append(
-                notice("video-damaged", damage=f"The video is damaged at frame {first_few(self.damaged)}")
-            )
+            damage = f"The video is damaged at frame {first_few(self.damaged)}"
+            doubts.append(notice("video-damaged", damage=damage))
         return doubts + self._repeats(person)
 
     def _repeats(self, person: PoseSequence) -> list[Notice]:
@@ -96,15 +96,8 @@ class Detections:
         # Where hardly anything moves nobody can tell a repeat.
         compared = len(repeated) + int((np.delete(change, repeated - first - 1) >= MOVES).sum())
         weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
-        return [
-            notice(
-                "images-repeated",
-                weight=weight,
-                repeated=len(repeated),
-                of=compared,
-                where=f"at frame {first_few(spans)}",
-            )
-        ]
+        where = f"at frame {first_few(spans)}"
+        return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
         """Notices where MoveNet, whose scores are known, finds a person in few images of many, or is so unsure of one
@@ -168,9 +161,7 @@ def load_detections(path: Path) -> Detections:
                 raise ValueError(f"array '{name}' is {array.dtype} of shape {array.shape}")
             content[name] = array if dimensions else int(array)
         content |= {name: str(held[name]) for name in _WORDS}
-        rows = {
-            len(content[name]) for name in ("frame_index", "time_s", "person", "joints", "confidence", "box")
-        }
+        rows = {len(content[name]) for name in _OF_ROWS}
         if len(rows) != 1 or not content["joints"].shape[1:] == (len(layout_named(content["layout"])), 2):
             raise ValueError("its arrays do not belong together")
         if 0 in rows:

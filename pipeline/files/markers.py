@@ -132,9 +132,8 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
             f"{path}: expected H36M17's 17 joints, SMPL's {len(SMPL)} and more, or a name for each in joint_names; "
             f"got {how_many(joints.shape[1], 'joint')} and {how_many(len(names), 'name')}.",
         )
-    captured = held >= _PARAMETERS and bool(
-        held & {*_RATES[:2]}
-    )  # who saves an estimator's joints has no such rate
+    # Who saves an estimator's joints has no such rate.
+    captured = held >= _PARAMETERS and not held.isdisjoint(_RATES[:2])
     rows = np.arange(len(joints))
     made_by = MadeBy("measured", "motion capture (AMASS)") if captured else UNSAID
     return Markers(names, joints, rows / rate, "m", "z", rows, made_by)

@@ -152,7 +152,7 @@ def h36m17(
 
 def h36m17_named(joints: np.ndarray, names: list[str]) -> np.ndarray:
     """(T, 17, 3) from joints (T, J, 3), metres, by their names. InputError when a joint has no known name."""
-    if set(H36M17.joints) <= set(names):
+    if is_ours(names):
         return joints[:, [names.index(joint) for joint in H36M17.joints]]
     points = {joint: joints[:, i] for joint, i in match(names).items()}
     # Nothing says where the head looks: straight ahead, along the neck and across the shoulders.

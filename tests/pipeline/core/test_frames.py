@@ -98,6 +98,8 @@ def test_dependent_or_unknown_axes_are_refused():
             Frame("BAD", "camera", axes)
     with pytest.raises(InputError, match="north"):
         Frame("BAD", "camera", ("north", "up", "right"))
+    with pytest.raises(InputError, match="level, body; got sea and up"):
+        Frame("BAD", "sea", ("up",))
 
 
 def test_a_long_sequence_is_turned_like_its_parts():
