@@ -8,6 +8,7 @@ Units are not in the file.
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from .skeletons import (
 _AXES = "XYZ"
 _OWN_LEG_M = (0.3, 1.15)  # thigh and shank, 0.49 of the stature, of an infant of 0.6 m to a tall adult
 _WHOLE = 0.005  # of a rate, by which it may be rounded where the digits are few
+Channels = dict[int, list[tuple[int, str]]]  # by joint, -1 for End Sites: columns and names
 _T_POSE_FRAMES = 10  # CMU's BVH files begin with an added T-pose that was smoothed into the frames after it
 
 
@@ -47,7 +49,9 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
     may be of children. InputError when none fits, when the file is damaged, and when joints have names that are not in
     use."""
     skeleton, channels, frames, fps = parse(text)
-    turning = [i for i, (joint, name) in enumerate(channels) if joint > 0 and name.endswith("rotation")]
+    turning = [
+        i for joint, own in channels.items() if joint > 0 for i, name in own if name.endswith("rotation")
+    ]
     posed = len(frames) > _T_POSE_FRAMES and np.abs(frames[0, turning]).max() < 1e-6
     first = _T_POSE_FRAMES if posed else 0
     joints, R = pose(skeleton, channels, frames[first:])
@@ -59,27 +63,28 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
     return Motion(body, fps, unit, first, derived)
 
 
-def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
-    """Skeleton (End Sites left out), channels as (joint, name) in the order of the numbers, numbers (T, channels) in
-    degrees and the file's unit, frames per second. InputError for what is no BVH."""
+def parse(text: str) -> tuple[Skeleton, Channels, np.ndarray, float]:
+    """Skeleton (End Sites left out), channels, numbers (T, channels) in degrees and the file's unit, frames per second.
+    InputError for what is no BVH."""
     head, separator, motion = text.partition("MOTION")
     if not separator or "HIERARCHY" not in head:
         raise InputError("format-unknown", "expected a BVH file with HIERARCHY and MOTION.")
     try:
         skeleton, channels = _hierarchy(head)
-        numbers, fps = _motion(motion, len(channels))
+        numbers, fps = _motion(motion, sum(map(len, channels.values())))
     except (ValueError, IndexError) as error:
         raise InputError("file-damaged", f"the BVH file is damaged: {error}.") from None
     _check(skeleton, channels)
     return skeleton, channels, numbers, fps
 
 
-def _hierarchy(text: str) -> tuple[Skeleton, list[tuple[int, str]]]:
+def _hierarchy(text: str) -> tuple[Skeleton, Channels]:
     """The skeleton and the channels of the part HIERARCHY; ValueError or IndexError where it is damaged."""
     names: list[str] = []
     parents: list[int] = []
     offsets: list[list[float]] = []
-    channels: list[tuple[int, str]] = []
+    channels: Channels = {}
+    columns = count()
     open_joints: list[int] = []  # -1 for an End Site
     coming = -1
     for line in text.splitlines():
@@ -99,7 +104,8 @@ def _hierarchy(text: str) -> tuple[Skeleton, list[tuple[int, str]]]:
             case "OFFSET" if open_joints[-1] >= 0:
                 offsets[open_joints[-1]] = [float(value) for value in values[:3]]
             case "CHANNELS":
-                channels += [(open_joints[-1], channel) for channel in values[1 : 1 + int(values[0])]]
+                own = values[1 : 1 + int(values[0])]
+                channels.setdefault(open_joints[-1], []).extend((next(columns), name) for name in own)
     return Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3)), channels
 
 
@@ -107,29 +113,29 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float]:
     """The numbers (T, width) of the part MOTION, and frames per second; ValueError where it is damaged, or holds other
     numbers than it says."""
     count_line, time_line, *lines = (line for line in text.splitlines() if line.strip())
-    count, frame_text = int(count_line.split()[-1]), time_line.split()[-1]
+    promised, frame_text = int(count_line.split()[-1]), time_line.split()[-1]
     frame_s = float(frame_text)
     numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(width, 1))
     timed = frame_s > 0 and 0 < 1 / frame_s < np.inf
-    if len(numbers) != count or not (count and timed and np.isfinite(numbers).all()):
+    if len(numbers) != promised or not (promised and timed and np.isfinite(numbers).all()):
         raise ValueError(
-            f"{how_many(count, 'frame')} of {how_many(width, 'number')}, {frame_s} s each, are promised, "
+            f"{how_many(promised, 'frame')} of {how_many(width, 'number')}, {frame_s} s each, are promised, "
             f"{len(numbers)} are there"
         )
     return numbers, _rate(frame_text)
 
 
-def _check(skeleton: Skeleton, channels: list[tuple[int, str]]) -> None:
+def _check(skeleton: Skeleton, channels: Channels) -> None:
     """InputError for rotations twice, for channels that there are not, and for other than one root."""
-    for joint, own in _by_joint(channels).items():
+    for joint, own in channels.items():
         turns = [name for _, name in own if name.endswith("rotation")]
-        if len(turns) != len(set(turns)):
+        if joint >= 0 and len(turns) != len(set(turns)):
             raise InputError(
                 "wrong-content",
                 f"expected each rotation of '{skeleton.names[joint]}' once, got {', '.join(turns)}.",
             )
     usual = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
-    unknown = {name for _, name in channels} - usual
+    unknown = {name for own in channels.values() for _, name in own} - usual
     if unknown or skeleton.parents.count(-1) != 1:
         raise InputError(
             "wrong-content",
@@ -146,18 +152,17 @@ def _rate(frame_time: str) -> float:
     return whole if near else fps
 
 
-def pose(
-    skeleton: Skeleton, channels: list[tuple[int, str]], frames: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def pose(skeleton: Skeleton, channels: Channels, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Joints (T, J, 3) in the file's unit and R_world_from_joint (T, J, 3, 3) of frames (T, channels)."""
     from scipy.spatial.transform import Rotation
 
-    count = len(skeleton.names)
-    R = np.tile(np.eye(3), (len(frames), count, 1, 1))
+    R = np.tile(np.eye(3), (len(frames), len(skeleton.names), 1, 1))
     offsets = np.tile(skeleton.offsets, (len(frames), 1, 1))
     # Joints and their columns, by the order of their axes.
     turned: dict[str, list[tuple[int, tuple[int, ...]]]] = {}
-    for joint, own in _by_joint(channels).items():
+    for joint, own in channels.items():
+        if joint < 0:
+            continue
         turns = [(i, name[0]) for i, name in own if name.endswith("rotation")]
         if turns:
             columns, axes = zip(*turns, strict=True)  # capitals: about the joint's own, turned axes
@@ -170,12 +175,3 @@ def pose(
         R_alike = Rotation.from_euler(order, angles.reshape(-1, len(order)), degrees=True).as_matrix()
         R[:, [joint for joint, _ in joints]] = R_alike.reshape(*angles.shape[:2], 3, 3)
     return place(skeleton, offsets[:, 0], R, offsets)
-
-
-def _by_joint(channels: list[tuple[int, str]]) -> dict[int, list[tuple[int, str]]]:
-    """Column and name of each joint's channels, without those of End Sites."""
-    channels_of: dict[int, list[tuple[int, str]]] = {}
-    for i, (joint, name) in enumerate(channels):
-        if joint >= 0:
-            channels_of.setdefault(joint, []).append((i, name))
-    return channels_of
