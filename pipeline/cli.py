@@ -175,15 +175,13 @@ def inspect(
     Exit codes: 0 good, 3 suspicious, 4 unusable, 2 unreadable.
     """
     from .core.notices import EXIT_CODES
-    from .files.images import is_image
     from .inspect.inspect import inspect as inspected
+    from .inspect.video import inspect_image, inspect_video, is_image
     from .plugins.options import pairs
     from .reading.find import adapters
 
     is_video = adapter == "auto" and adapters()["video"].sniff(file)
     if is_video or (adapter == "auto" and is_image(file)):
-        from .inspect.video import inspect_image, inspect_video
-
         of_poses = {"--person": person, "-O": option}
         if unread := [flag for flag, value in of_poses.items() if value]:
             what = "a video" if is_video else "an image"

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..core.camera import pitch_roll_deg
+from ..core.errors import InputError, readable
 from ..core.messages import how_many, rate_in_words
 from ..core.take import Take
-from ..files.images import read_image
 from ..plugins import registry
 from ..reading.bounds import rate_doubts
 from ..reading.load import read_video
@@ -79,4 +79,25 @@ def inspect_video(path: Path) -> InspectedImages:
 def inspect_image(path: Path) -> InspectedImages:
     """An image's camera. InputError when it is none, or cannot be read."""
     stage = registry.load("stages", "calibrate")()
-    return InspectedImages(path, stage.of_image(path.name, read_image(path)))
+    return InspectedImages(path, stage.of_image(path.name, _image(path)))
+
+
+def is_image(path: Path) -> bool:
+    """Whether a file begins like an image that OpenCV reads (PNG, JPEG, WebP, TIFF, BMP and others). Never raises."""
+    import cv2
+
+    return path.is_file() and cv2.haveImageReader(str(path))
+
+
+def _image(path: Path) -> np.ndarray:
+    """(H, W, 3) uint8 RGB. InputError when it is no image."""
+    import cv2
+
+    with readable(path, "an image"):
+        content = np.frombuffer(path.read_bytes(), np.uint8)
+    image = cv2.imdecode(content, cv2.IMREAD_COLOR) if len(content) else None
+    if image is None:
+        raise InputError(
+            "file-damaged", f"Expected an image (PNG, JPEG, ...) in {path}; it cannot be decoded."
+        )
+    return np.ascontiguousarray(image[:, :, ::-1])
