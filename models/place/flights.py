@@ -30,7 +30,6 @@ from ...pipeline.signals.filters import on_lines, rate, stretches
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 from ...pipeline.signals.windows import ranked
 
-_BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
 _NEAREST = 0.1  # statures before the camera
@@ -123,13 +122,11 @@ LIFTED = Rule(
 
 @dataclass(frozen=True)
 class Flight:
-    """off_s, land_s: when the feet leave the floor and meet it, by the lower ankle; apex_s: when the centre of mass is
-    highest. fall: how fast it falls, in statures / s2. rise: statures, by how much it rises after the feet have left.
-    off_feet, land_feet: on how many feet the person takes off and lands. clear: statures, how high the lower ankle gets
-    over its floor."""
+    """off_s, land_s: when the feet leave the floor and meet it, by the lower ankle. fall: how fast the centre of mass
+    falls, in statures / s2. rise: statures, by how much it rises after the feet have left. off_feet, land_feet: on how
+    many feet the person takes off and lands. clear: statures, how high the lower ankle gets over its floor."""
 
     off_s: float
-    apex_s: float
     land_s: float
     fall: float
     rise: float
@@ -141,17 +138,15 @@ class Flight:
 @dataclass(frozen=True, eq=False)
 class Airborne:
     """A take's flights, in order. observable: (T,) in which frames the body and its place are known well enough for
-    one; None where flights are not looked for at all. cut: whether an end of the take, a clip boundary or a gap hides
-    how both ankles left the floor or meet it again. lifted: that they are of lifted poses, whose errors are larger;
-    judged: by the built-in lifter, of which these are known. shake: statures, by how much a camera that shakes moves
-    the person in the image; NaN where it may go elsewhere. ankle: (T,) statures, how high the lower ankle is in each
-    frame by itself; None where that is not known."""
+    one; False where flights are not looked for at all. cut: whether an end of the take, a clip boundary or a gap hides
+    how both ankles left the floor or meet it again. lifted: that they are of lifted poses, whose errors are larger.
+    shake: statures, by how much a camera that shakes moves the person in the image; NaN where it may go elsewhere.
+    ankle: (T,) statures, how high the lower ankle is in each frame by itself; None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
-    observable: np.ndarray | None = None
+    observable: np.ndarray | bool = False
     cut: bool = False
     lifted: bool = False
-    judged: bool = False
     shake: float = 0.0
     ankle: np.ndarray | None = None
 
@@ -175,9 +170,7 @@ def airborne(take: Take) -> Airborne:
     root = np.column_stack([level.root[:, :2], height])
     level = level.with_(joints=_bridged(level.joints, level.times), path=RootPath(root))
     stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
-    judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == _BUILT_IN
-    shake = _shake(take, take.camera, poses)
-    return replace(flown(level, LIFTED, stature_m), lifted=True, judged=judged, shake=shake)
+    return replace(flown(level, LIFTED, stature_m), lifted=True, shake=_shake(take, take.camera, poses))
 
 
 def flown(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = None) -> Airborne:
@@ -290,11 +283,6 @@ class _BodyPath:
         """(T,) the height of the lower ankle."""
         return self.ankles.min(axis=1)
 
-    @property
-    def highest(self) -> np.ndarray:
-        """(T,) that of the higher one."""
-        return self.ankles.max(axis=1)
-
 
 def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
     """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
@@ -309,7 +297,8 @@ def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | N
         if not GRAVITY / most * (1 - slack) < fall < GRAVITY / least * (1 + slack):
             return None
     edges = ((rows.start, -1), (rows.stop - 1, 1))
-    feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
+    highest = path.ankles.max(axis=1) - line
+    feet = [1 if _apart_s(highest, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
     off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
     if not off_s < apex_s < land_s:
         return None
@@ -320,7 +309,7 @@ def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | N
         stands, height = path.lowest <= line, np.where(np.isfinite(line), path.centre[:, 2], np.nan)
         rise = lifted_rise(time_s, height, path.lowest, stands, rows, off_s, apex_s, free)
     clear = float((path.lowest - line)[rows].max()) + _UP
-    return Flight(off_s, apex_s, land_s, fall, rise, *feet, clear=clear)
+    return Flight(off_s, land_s, fall, rise, *feet, clear=clear)
 
 
 def _edge(path: _BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:

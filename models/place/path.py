@@ -17,7 +17,7 @@ from ...pipeline.core.camera import Camera
 from ...pipeline.core.frames import CAMERA, require
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite, norm
+from ...pipeline.core.rotations import is_finite, known_median, norm
 from ...pipeline.signals.filters import rate
 from ...pipeline.signals.reprojection import JOINTS, keypoint_rays, placed
 from ...pipeline.signals.windows import gaussian
@@ -120,12 +120,7 @@ def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndar
     visible = np.isfinite(length) & np.isfinite(apart)
     if visible.any(axis=1).sum() < 2:
         return np.ones(len(joints))
-    usual = np.array(
-        [
-            np.median(of_bone[has_bone]) if has_bone.any() else 0.0
-            for of_bone, has_bone in zip(length.T, visible.T, strict=True)
-        ]
-    )
+    usual = np.array([known_median(of_bone) for of_bone in np.where(visible, length, np.nan).T])
     across = norm(bones[..., :2])
     totals = (np.where(visible, lengths, 0.0).sum(axis=1) for lengths in (length, usual[None], apart, across))
     whole, expected, image, flat = (np.where(visible.any(axis=1), total, np.nan) for total in totals)

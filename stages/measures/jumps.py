@@ -8,6 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
+from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.common.motion import Motion
 from ...models.gait.gait import FEWEST, FEWEST_FLYING, Gait, Stance, Step
 from ...models.place.flights import GRAVITY, Airborne, Flight
@@ -26,7 +27,7 @@ _LEAVES = 1.2  # statures a second, of feet that leave the floor or meet it: 2 m
 _LEGS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("knee", "ankle"))
 
 
-def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> tuple[float, float]:
+def _errors(motion: Motion, airborne: Airborne, flight: Flight, up_deg: float) -> tuple[float, float]:
     """Standard deviations of a time in the air or on the floor, in seconds, and of a rise, in statures: what holds for
     nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
     true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
@@ -34,7 +35,7 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> tuple[float, f
     lifter whose errors were not measured, and where the camera may move: then it would move what falls."""
     if not airborne.lifted:
         return 0.026, 0.013
-    if not (airborne.judged and np.isfinite(airborne.shake)):
+    if not (made_by_the_built_in(motion.source) and np.isfinite(airborne.shake)):
         return np.nan, np.nan
     shakes = np.sqrt(2) * airborne.shake
     rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg, shakes])
@@ -91,7 +92,7 @@ def jumps(motion: Motion, airborne: Airborne, jumped: Sequence[Flight]) -> list[
     """The group `jumps`: how many, when the feet leave the floor, on how many they take off and land, flight times,
     heights by these, and by how much the centre of mass rises (models/place/flights.py); the time on the floor
     before a rebound. jumped: of `jumping`."""
-    judged = observable(motion.has(_LEGS) & (False if airborne.observable is None else airborne.observable))
+    judged = observable(motion.has(_LEGS) & airborne.observable)
     if not jumped:
         return [judged]
     stature = float(implied_stature(motion.rectified.level.joints))
@@ -102,7 +103,7 @@ def jumps(motion: Motion, airborne: Airborne, jumped: Sequence[Flight]) -> list[
         moments("start", (flight.off_s for flight in jumped)),
     ]
     for i, flight in enumerate(jumped):
-        (sd_s, rise_sd), time_s = _errors(airborne, flight, up_deg), flight.land_s - flight.off_s
+        (sd_s, rise_sd), time_s = _errors(motion, airborne, flight, up_deg), flight.land_s - flight.off_s
         floor_s = flight.off_s - jumped[i - 1].land_s if i else np.inf
         figures = {
             "flight_time": (time_s, sd_s),

@@ -10,6 +10,7 @@ import pytest
 from golden.jumps import STATURE_M, standing, toe_jump
 from golden.jumps import jumping as falling
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, finished
 from pcnet3d.models.place.flights import airborne, flown, lifted_rise
@@ -36,7 +37,7 @@ PITCH = np.radians(8.0)
 R_CAMERA_FROM_WORLD = np.array(
     [[1, 0, 0], [0, -np.sin(PITCH), -np.cos(PITCH)], [0, np.cos(PITCH), -np.sin(PITCH)]]
 )
-LIFTER = MadeBy("estimated", "pcnet3d@test", in_run=True)
+LIFTER = MadeBy("estimated", shipped_noise().lifter, in_run=True)
 
 
 def rises(time_s: np.ndarray, apexes_s: tuple[float, ...], high_m: float = HIGH_M) -> np.ndarray:
@@ -115,7 +116,7 @@ def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
     time_s = 2 * np.sqrt(2 * high_m / G)
     assert np.ptp(found.ankle) > high_m / STATURE_M
     for flight, apex_s in zip(found.flights, (1.5, 3.0), strict=True):
-        assert flight.apex_s == pytest.approx(apex_s, abs=0.02)
+        assert (flight.off_s + flight.land_s) / 2 == pytest.approx(apex_s, abs=0.02)
         assert G / 8 * (flight.land_s - flight.off_s) ** 2 == pytest.approx(high_m, abs=0.035)
         assert flight.land_s - flight.off_s == pytest.approx(time_s, abs=0.05)
         assert (flight.off_feet, flight.land_feet) == (2, 2)
@@ -156,7 +157,7 @@ def test_nobody_is_highest_before_the_feet_leave():
     how = Configuration(seed=22, image=True, bed="typical", fps=60.0)
     sets = [EvaluationSet("val", "val")]
     (skip,) = finished(how, sets, lambda clip: clip.name == "accad-m1_bvh-a15-skiptostand-take-001")
-    assert all(one.off_s < one.apex_s < one.land_s for one in airborne(skip.take).flights)
+    assert all(one.land_s - one.off_s > 0.1 for one in airborne(skip.take).flights)
 
 
 def test_no_depth_and_no_size_is_needed(twice):
@@ -224,7 +225,7 @@ def test_a_jump_that_an_end_of_the_take_cuts_makes_the_others_the_least(seen):
 def test_where_nothing_flies_nothing_is_counted(twice):
     for take, percent in ((filmed(*squats()), 100.0), (filmed(*squats(), camera="moving"), 0.0)):
         assert told_jumps(take) == {"observable_percent": percent}
-    assert airborne(twice.with_(keypoints=None)).observable is None
+    assert airborne(twice.with_(keypoints=None)).observable is False
     assert len(airborne(of_an_unknown_camera(twice)).flights) == 2
 
 
@@ -320,7 +321,7 @@ def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
         lost = (poses.times >= seen_from_s) & (poses.times <= seen_to_s)
         joints[lost, H36M17.index("r_ankle")] = np.nan
         (found,) = flown(poses.with_(joints=joints)).flights
-        assert found.apex_s == pytest.approx(second.apex_s, abs=0.01)
+        assert found.off_s == pytest.approx(second.off_s, abs=0.01)
         assert np.isfinite([found.off_s, found.land_s, found.rise]).all()
 
 

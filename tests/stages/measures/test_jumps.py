@@ -15,7 +15,7 @@ NO_GAIT = Gait({"r": [], "l": []}, [])
 
 
 def flight(off_s, land_s, clear=0.0, feet=2):
-    return Flight(off_s, (off_s + land_s) / 2, land_s, 5.8, 0.18, feet, feet, clear)
+    return Flight(off_s, land_s, 5.8, 0.18, feet, feet, clear)
 
 
 def run(*later: float) -> Gait:
