@@ -61,7 +61,9 @@ class Angles:
     def __call__(self, take: Take) -> Take:
         poses, rectified = take.need("poses"), take.need("rectified")
         filtered = take.need("filtered")
-        noise = read_noise(self.errors) if self.errors and poses.lifted else errors_of(poses)
+        noise = shipped_noise() if made_by_the_built_in(poses) else None
+        if self.errors is not None and poses.lifted:
+            noise = read_noise(self.errors)
         turning = None if noise is None else turns_of(take)
         series, times, speed = angle_series(poses, rectified, filtered, noise)
         basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
@@ -97,11 +99,6 @@ def _lacking(take: Take) -> str:
     if take.keypoints is None:
         return _KEYPOINTS
     return _SIZE if take.image_size is None else ""
-
-
-def errors_of(poses: PoseSequence) -> JointNoise | None:
-    """The errors of the lifter that made the poses if that is the built-in one, else None."""
-    return shipped_noise() if made_by_the_built_in(poses) else None
 
 
 def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None:

@@ -233,10 +233,8 @@ def _rectified(
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
     reason = why_not(levelled)
-    options: dict[str, Any] = {
-        "gravity": told.gravity, "pitch_deg": told.pitch_deg, "roll_deg": told.roll_deg,
-    }  # fmt: skip
-    options = {name: value for name, value in options.items() if value is not None}
+    given = {name: getattr(told, name) for name in ("gravity", "pitch_deg", "roll_deg")}
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     camera: CameraMotion = "moving" if told.moving else "static"
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **options)
     return Rectified(

@@ -28,9 +28,9 @@ from ..gravity.evidence import TakeUp
 from ..gravity.levelling import level
 from ..gravity.votes import PersonFrames, take_rotation
 from ..rectifier.load import load_rectifier
-from .joint_noise import shipped_noise
+from .joint_noise import LiftErrors, shipped_noise
 from .posture import LOW, lowness
-from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, growth_of, smoothed, take_angles
+from .take_angles import MAX_SD_DEG, AngleSeries, TakeJoints, growth_of, smoothed, take_angles
 
 _OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
 _LEAST = 0.5  # of the frames, in which both have to be

@@ -26,6 +26,7 @@ errors lie within 1.645 standard deviations in every configuration of a run, on 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache
@@ -179,65 +180,67 @@ def limb_spread(joints: np.ndarray) -> np.ndarray:
     return np.where(count > 0, _LEAST_SPREAD + np.sqrt(square / np.maximum(count, 1)), np.nan)
 
 
-def heading_error(error_deg: np.ndarray, up_error_deg: np.ndarray) -> np.ndarray:
-    """(T,) the mean heading error in a rectification's error_deg, the part that is not up's
-    (models/gravity/levelling.py)."""
-    return np.sqrt(np.maximum(error_deg**2 - (_MEAN_OF_RMS * up_error_deg) ** 2, 0.0))
+@dataclass(frozen=True, eq=False)
+class LiftErrors:
+    """Of lifted joints in CAMERA axes, whose noise is known in depth and across. error_deg, up_error_deg: (T,) of the
+    rectification. noise: of the lifter. stated: (T,) the lifter's own error (`stated_spread`), None or NaN where it
+    states none. growth: {of posture.arms_of: (T, 4) of posture.growth}, None where it does not count."""
 
+    error_deg: np.ndarray
+    up_error_deg: np.ndarray
+    noise: JointNoise
+    stated: np.ndarray | None = None
+    growth: Mapping[str, np.ndarray] | None = None
 
-def noise_size(
-    joints: np.ndarray,
-    error_deg: np.ndarray,
-    up_error_deg: np.ndarray,
-    noise: JointNoise,
-    stated: np.ndarray | None = None,
-) -> np.ndarray:
-    """(T,) how long the modes of the joints' noise are in each frame of a take, in the joints' unit.
+    def rows(self, rows: slice) -> LiftErrors:
+        """Of some of the frames."""
+        growth = self.growth and {arms: values[rows] for arms, values in self.growth.items()}
+        of_rows = self.error_deg[rows], self.up_error_deg[rows]
+        return LiftErrors(*of_rows, self.noise, None if self.stated is None else self.stated[rows], growth)
 
-    joints: (T, 17, 3) in any axes. stated: (T,) the lifter's stated error (`stated_spread`), None or NaN where it
-    states none; the others as of `angle_sd`.
-    """
-    stated = np.full(len(joints), np.nan) if stated is None else stated
-    heading = heading_error(error_deg, up_error_deg)
-    return noise.scale(heading, limb_spread(joints), stated) * implied_stature(joints)
+    @property
+    def heading_deg(self) -> np.ndarray:
+        """(T,) the mean error of the heading, the part that is not up's (models/gravity/levelling.py)."""
+        return np.sqrt(np.maximum(self.error_deg**2 - (_MEAN_OF_RMS * self.up_error_deg) ** 2, 0.0))
 
+    def size(self, joints: np.ndarray) -> np.ndarray:
+        """(T,) how long the modes of the joints' noise are in each frame of a take, in the unit of its joints (T, 17,
+        3), in any axes."""
+        stated = np.full(len(joints), np.nan) if self.stated is None else self.stated
+        return self.noise.scale(self.heading_deg, limb_spread(joints), stated) * implied_stature(joints)
 
-def angle_sd(
-    body: np.ndarray,
-    R_camera_from_body: np.ndarray,
-    error_deg: np.ndarray,
-    up_error_deg: np.ndarray,
-    size: np.ndarray,
-    noise: JointNoise,
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """{angle: (T,) standard deviations in degrees of what the noise of joints and heading makes of it, and the error of
-    up}, NaN where the angle is; what is stated is JointNoise.whole of them.
+    def parts(
+        self, body: np.ndarray, R_camera_from_body: np.ndarray, size: np.ndarray
+    ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """{angle: (T,) standard deviations in degrees of what the noise of joints and heading makes of it, and the
+        error of up}, NaN where the angle is; what is stated is JointNoise.whole of them.
 
-    body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity can
-    be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,). size: (T,) of `noise_size`.
+        body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity
+        can be had from joints in camera axes. size: (T,) of `size` of the whole take.
 
-    Every mode of the joints' noise moves the body one standard deviation either way, as do a tilt to the front and to
-    the side and a turn of the heading; half the difference of the two angles is that mode's part, and the squares add.
-    """
-    heading = heading_error(error_deg, up_error_deg)
-    turned = np.asarray(is_finite(R_camera_from_body).all(axis=1))
-    R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
-    heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
-    tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)
+        Every mode of the joints' noise moves the body one standard deviation either way, as do a tilt to the front and
+        to the side and a turn of the heading; half the difference of the two angles is that mode's part, and the
+        squares add.
+        """
+        noise, heading = self.noise, self.heading_deg
+        turned = np.asarray(is_finite(R_camera_from_body).all(axis=1))
+        R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
+        heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
+        tilt = np.where(np.isfinite(self.up_error_deg), self.up_error_deg, 0.0) / np.sqrt(2)
 
-    def squares(rows: slice) -> list[dict[str, np.ndarray]]:
-        both = _squares(
-            body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
-        )
-        return [{name: square.astype(np.float32) for name, square in each.items()} for each in both]
+        def squares(rows: slice) -> list[dict[str, np.ndarray]]:
+            both = _squares(
+                body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
+            )
+            return [{name: square.astype(np.float32) for name, square in each.items()} for each in both]
 
-    with ThreadPoolExecutor(cores()) as pool:
-        parts = list(pool.map(squares, blocks(len(body))))  # which stay within the cache
-    out = {}
-    for name in ANGLES:
-        joints, up = (np.sqrt(np.concatenate([part[i].pop(name) for part in parts])) for i in (0, 1))
-        out[name] = noise.factors.get(name, 1.0) * joints, noise.tilts.get(name, 1.0) * up
-    return out
+        with ThreadPoolExecutor(cores()) as pool:
+            parts = list(pool.map(squares, blocks(len(body))))  # which stay within the cache
+        out = {}
+        for name in ANGLES:
+            joints, up = (np.sqrt(np.concatenate([part[i].pop(name) for part in parts])) for i in (0, 1))
+            out[name] = noise.factors.get(name, 1.0) * joints, noise.tilts.get(name, 1.0) * up
+        return out
 
 
 def _squares(

@@ -64,16 +64,10 @@ def difference_sd(figure: str, errors: tuple[float, float], between: Between) ->
 
 def range_sd(angle: str, found_deg: float, ends_deg: float, lasts_s: float) -> float:
     """One standard deviation of an angle's range by the shipped lifter: a share of what independent errors of its ends
-    come to (ends_deg), and one of the range itself, which a lifter finds too small; both larger in a brief take
-    (lasts_s). angle: of both sides, "knee_flexion"."""
+    come to (ends_deg), and one of the range itself, which a lifter finds too small; both larger in a take of few
+    seconds (lasts_s), for a long one shows a movement more often. angle: of both sides, "knee_flexion"."""
     share, of_range = shipped()["ranges"].get(angle, (1.0, 0.0))
-    return brief(lasts_s) * float(np.hypot(share * ends_deg, of_range * found_deg))
-
-
-def brief(lasts_s: float) -> float:
-    """How many times as much a range errs in a take of so many seconds as in a long one, which shows a movement more
-    often."""
-    return float(np.sqrt(1 + _BRIEF_S / lasts_s))
+    return float(np.sqrt(1 + _BRIEF_S / lasts_s) * np.hypot(share * ends_deg, of_range * found_deg))
 
 
 def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:

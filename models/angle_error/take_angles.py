@@ -43,7 +43,7 @@ from ...pipeline.signals.visibility import SURE_SCORE
 from ..common.motion import agrees, steady
 from ..common.residuals import LIMBS, Residuals, stated_spread
 from ..smoother import known_noise
-from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
+from .joint_noise import JointNoise, LiftErrors, shipped_noise
 from .posture import FEATURES, arms_of, features, growth
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
@@ -105,31 +105,12 @@ class TakeJoints:
         return replace(self, **arrays)
 
 
-@dataclass(frozen=True, eq=False)
-class LiftErrors:
-    """Of lifted joints in CAMERA axes, whose noise is known in depth and across. error_deg, up_error_deg: (T,) of the
-    rectification. noise: of the lifter. stated: (T,) the lifter's own error, as of `noise_size`, None without.
-    growth: of the posture (`growth_of`), None where it does not count."""
-
-    error_deg: np.ndarray
-    up_error_deg: np.ndarray
-    noise: JointNoise
-    stated: np.ndarray | None = None
-    growth: Mapping[str, np.ndarray] | None = None
-
-    def rows(self, rows: slice) -> LiftErrors:
-        """Of some of the frames."""
-        growth = self.growth and {arms: values[rows] for arms, values in self.growth.items()}
-        of_rows = self.error_deg[rows], self.up_error_deg[rows]
-        return LiftErrors(*of_rows, self.noise, None if self.stated is None else self.stated[rows], growth)
-
-
 def take_angles(take: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
     """Every angle of pipeline.signals.angles.ANGLES, and FOOT_ANGLES there where the layout has heels and
     toes. errors: None of joints that no lifter made."""
     size = np.empty(0)
     if errors is not None:
-        size = noise_size(take.filtered, errors.error_deg, errors.up_error_deg, errors.noise, errors.stated)
+        size = errors.size(take.filtered)
     parts = [
         _angles(take.rows(rows), errors and errors.rows(rows), size[rows])
         for rows in blocks(len(take.joints))
@@ -152,8 +133,8 @@ def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
 
 
 def _angles(take: TakeJoints, errors: LiftErrors | None, size: np.ndarray) -> dict[str, AngleSeries]:
-    """As `take_angles`, of so few frames that what is made on the way takes little memory. size: (T,) of `noise_size`
-    of the whole take."""
+    """As `take_angles`, of so few frames that what is made on the way takes little memory. size: (T,) of
+    LiftErrors.size of the whole take."""
     turned = np.asarray(is_finite(take.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], take.R_source_from_body, np.eye(3))
@@ -162,8 +143,7 @@ def _angles(take: TakeJoints, errors: LiftErrors | None, size: np.ndarray) -> di
     values = angles(body)
     unknown, sd = np.broadcast_to(np.float32(np.nan), len(body)), {}  # held once
     if errors is not None:
-        rectified = errors.error_deg, errors.up_error_deg
-        sd = angle_sd(body, take.R_source_from_body, *rectified, size, errors.noise)
+        sd = errors.parts(body, take.R_source_from_body, size)
     visible, filtered = (is_finite(joints) for joints in (take.joints, take.filtered))
     hidden = np.zeros(visible.shape, dtype=bool) if take.unseen is None else take.unseen & ~visible
     defined = ANGLES

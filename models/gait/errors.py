@@ -26,6 +26,7 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.core.measures import SD_90
+from ...pipeline.core.path import RootPath
 from .gait import Step
 
 ERROR_FILE = Path(__file__).with_name("gait_error.json")
@@ -139,22 +140,16 @@ def depth_of_steps(
 
 
 def path_error(
-    root: np.ndarray,
-    covariance: np.ndarray,
-    axis: np.ndarray,
-    scale_sd: float,
-    focal_sd: float,
-    time_s: np.ndarray,
-    walks: Sequence[Sequence[Step]],
+    path: RootPath, axis: np.ndarray, time_s: np.ndarray, walks: Sequence[Sequence[Step]]
 ) -> tuple[float, float]:
-    """Of an estimated pelvis path (models/place/path.py): standard deviation of a place along the horizontal axis where
-    it is worst, in the path's unit; and the share of lengths and speeds that may be wrong in all strides alike, by the
-    body's size and, as far as the person walks along the camera's axis, by the focal length. 0, 0 without a place.
-
-    root: (T, 3) from the camera in LEVEL, and covariance: (T, 3, 3) of its whole error. axis: (3,) the camera's, in
-    LEVEL. scale_sd, focal_sd: standard deviations of the body's size and of the focal length as shares of them. time_s:
-    (T,).
+    """Of an estimated pelvis path (models/place/path.py) in LEVEL: standard deviation of a place along the horizontal
+    axis where it is worst, in the path's unit; and the share of lengths and speeds that may be wrong in all strides
+    alike, by the body's size and, as far as the person walks along the camera's axis (3,), by the focal length. 0, 0
+    without a place, NaN of a path that states no error. time_s: (T,).
     """
+    if path.covariance is None or path.shared is None:
+        return float("nan"), float("nan")
+    root, covariance, (scale_sd, focal_sd) = path.points, path.covariance, path.shared
     # Of each frame for itself: less what the body's size and the focal length make wrong in all alike.
     depth = (root @ axis)[:, None] * axis
     alike = sum(sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, root), (focal_sd, depth)))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -144,14 +144,14 @@ def _lines(image: np.ndarray, side: int) -> np.ndarray:
 class Fit:
     """up: (3,) unit. focal: longer sides. centre: (2,) principal point. heading: radians, of `horizontals`. gain:
     weighted log-likelihood over chance. covariance: (6, 6) of pitch-like and roll-like turns of up (radians, about
-    `tangent`'s axes), log focal, centre and heading; None before the fit is polished."""
+    `tangent`'s axes), log focal, centre and heading; NaN before the fit is polished."""
 
     up: np.ndarray
     focal: float
     centre: np.ndarray
     heading: float
     gain: float
-    covariance: np.ndarray | None = None
+    covariance: np.ndarray = field(default_factory=lambda: np.full((6, 6), np.nan))
 
 
 def tangent(up: np.ndarray) -> np.ndarray:
@@ -243,10 +243,15 @@ def _density(segments: Segments, sine: np.ndarray) -> np.ndarray:
     return np.exp(-0.5 * (sine / segments.sd) ** 2) / (np.sqrt(2 * np.pi) * segments.sd)
 
 
+def _sines(segments: Segments, fit: Fit) -> np.ndarray:
+    """(3, N) of each of the hypothesis's directions."""
+    axes = np.concatenate([fit.up[None], horizontals(fit.up, np.array(fit.heading))])
+    return _sine(segments, axes, fit.focal, fit.centre)
+
+
 def _likelihood(segments: Segments, fit: Fit) -> np.ndarray:
     """(N, 3) density under each of the hypothesis's directions."""
-    axes = np.concatenate([fit.up[None], horizontals(fit.up, np.array(fit.heading))])
-    return _density(segments, _sine(segments, axes, fit.focal, fit.centre)).T
+    return _density(segments, _sines(segments, fit)).T
 
 
 @cache
@@ -310,11 +315,9 @@ def _polished(segments: Segments, chance: np.ndarray, fit: Fit, focal: tuple[flo
         share = _likelihood(segments, fit) * _SHARES
         trust = share / (share.sum(axis=1, keepdims=True) + (1 - _SHARES.sum()) * chance[:, None])
         weight = (trust * (segments.weight / segments.sd**2)[:, None]).T.ravel()
-        residual = _residuals(segments, fit)
-        step = 1e-5
-        slopes = np.stack(
-            [(_residuals(segments, _moved(fit, step * row)) - residual) / step for row in np.eye(6)], axis=-1
-        )
+        residual, step = _sines(segments, fit).ravel(), 1e-5
+        moved = [_sines(segments, _moved(fit, step * row)).ravel() for row in np.eye(6)]
+        slopes = (np.stack(moved, axis=-1) - residual[:, None]) / step
         information = np.einsum("ni,n,nj->ij", slopes, weight, slopes)
         off = np.array([0, 0, np.log(fit.focal) - middle, *fit.centre, 0])
         gradient = np.einsum("ni,n,n->i", slopes, weight, residual) + _DESIGN * prior * off
@@ -328,11 +331,6 @@ def _polished(segments: Segments, chance: np.ndarray, fit: Fit, focal: tuple[flo
     gain -= float((off**2 * prior[2:5]).sum() / 2)
     covariance = np.linalg.pinv(information / _DESIGN + np.diag(prior), hermitian=True)
     return replace(fit, gain=gain, covariance=covariance)
-
-
-def _residuals(segments: Segments, fit: Fit) -> np.ndarray:
-    axes = np.concatenate([fit.up[None], horizontals(fit.up, np.array(fit.heading))])
-    return _sine(segments, axes, fit.focal, fit.centre).ravel()
 
 
 def _moved(fit: Fit, change: np.ndarray) -> Fit:
@@ -409,7 +407,6 @@ def up_from_images(
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
     if error > _VAGUE_DEG:
         return Unknown(f"the straight lines tell which way is up only to within {error:.0f} degrees")
-    assert best.covariance is not None
     look = Look(
         frame=0,
         up=best.up,
@@ -422,7 +419,6 @@ def up_from_images(
 
 def _covariance(best: Fit, others: Sequence[Fit], nats: float) -> np.ndarray:
     """(2, 2) of the fit, what no fit knows, and the rivals by how likely they are: by e less for so many nats."""
-    assert best.covariance is not None
     covariance = best.covariance[:2, :2] + np.diag(np.radians(_FLOOR_DEG) ** 2)
     for rival in others:
         ahead = best.gain + log_before(best.up) - rival.gain - log_before(rival.up)

@@ -17,7 +17,7 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import OnePass, images_at, images_from
 from ...pipeline.running.progress import counted
-from .images import TOLD_SPREAD, Unknown, up_from_images
+from .images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 
 _SIDE = 640  # pixels of the longer side of what is looked at
 _CORNERS, _APART = 200, 7  # at most, and pixels between them
@@ -49,7 +49,6 @@ _EVERY = 10  # video frames between the images of one that moves
 _GLIMPSES, _SOON_S = 10, 0.1
 _REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
 _BOXES = 6  # along a bone
-_NO_BOX = np.zeros((0, 4))
 Boxes = Mapping[int, np.ndarray]  # frame: (N, 4) left, top, right, bottom in pixels of the people there
 
 
@@ -161,7 +160,7 @@ def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
 
 def camera_of(
     video: Video,
-    people: PoseSequence | Sequence[PoseSequence] | None = None,
+    people: Sequence[PoseSequence] = (),
     span: tuple[int, int] | None = None,
     focal_px: float | None = None,
     camera: Literal["static", "moving"] | None = None,
@@ -174,22 +173,21 @@ def camera_of(
     that stands still. images: of the video, for others that look at some in the same pass. InputError for a video that
     cannot be decoded."""
     first, last = span or (0, len(video.time_s) - 1)
-    everybody = [people] if isinstance(people, PoseSequence) else list(people or ())
     if intrinsics is not None:
         focal_px = intrinsics.pinhole_focal_px
-        everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
+        people = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in people]
     focals = focal_px, video.focal_px
     frames = sorted({*np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2].tolist()})
-    boxes = _boxes(everybody, frames)
+    boxes = _boxes(people, frames)
     ask = (images or OnePass(video)).ask
     looks = ask(frames, lambda _, image: undistorted_image(image, intrinsics))()
     still = stands(looks, boxes)
-    background = Background("still") if still else _background(video, everybody, (first, last))
+    background = Background("still") if still else _background(video, people, (first, last))
     moves = background is not None and background.moves
     if camera == "moving" or (camera is None and moves) or not looks:
         frames = list(range(first, last + 1, _EVERY))
         pictures = ((frame, undistorted_image(image, intrinsics)) for frame, image in _every(video, frames))
-        view = moving_camera(pictures, video.size, _boxes(everybody, frames), *focals)
+        view = moving_camera(pictures, video.size, _boxes(people, frames), *focals)
     else:
         view = static_camera(looks, boxes, *focals)
     view = replace(view, intrinsics=intrinsics, background=background)
@@ -270,9 +268,7 @@ def static_camera(
 
 def _focal_against(images: Mapping[int, np.ndarray], boxes: Boxes, told_px: float) -> float | None:
     """The focal length in pixels by straight lines, where it is beyond doubt not the told one."""
-    frames = sorted(images)
-    around = [boxes.get(frame, _NO_BOX) for frame in frames]
-    answer = up_from_images([images[frame] for frame in frames], told_px, around, _FREE)
+    answer = _lines_of(images, boxes, told_px, _FREE)
     if isinstance(answer, Unknown):
         return None
     apart, sd = abs(np.log(answer.focal_px / told_px)), answer.focal_sd_px / answer.focal_px
@@ -311,20 +307,25 @@ def known_camera(size: tuple[int, int], told_px: float | None, file_px: float | 
     return Camera(size, focal, focal * ASSUMED_FOCAL_SD, "prior")
 
 
+def _lines_of(
+    images: Mapping[int, np.ndarray], boxes: Boxes, focal_px: float | None, spread: float
+) -> ImageUp | Unknown:
+    """`up_from_images` of them, in order."""
+    frames = sorted(images)
+    around = [boxes.get(frame, np.zeros((0, 4))) for frame in frames]
+    return up_from_images([images[frame] for frame in frames], focal_px, around, spread)
+
+
 def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, before: Camera) -> Camera:
     """The camera with what the lines of images of one place say of it; where these do not tell up, with the reason."""
-    frames = sorted(images)
-    pictures = [images[frame] for frame in frames]
     # What fits draw an unknown focal length to is narrower than what is stated of it where no image tells it.
     known_px, spread = None, PRIOR_FOCAL_SPREAD
     if before.focal_source != "prior":
         known_px, spread = before.focal_px, before.focal_sd_px / before.focal_px
-    answer = up_from_images(
-        pictures, known_px, [boxes.get(frame, _NO_BOX) for frame in frames], focal_spread=spread
-    )
+    answer = _lines_of(images, boxes, known_px, spread)
     if isinstance(answer, Unknown):
         return replace(before, reason=answer.reason)
-    view = replace(before, looks=(replace(answer.look, frame=frames[0]),))
+    view = replace(before, looks=(replace(answer.look, frame=min(images)),))
     # What is told stays. Lines that say no more about the focal length than was known before leave it as it was, too.
     if before.focal_source == "told" or answer.focal_sd_px / answer.focal_px >= 0.8 * spread:
         return view

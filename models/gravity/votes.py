@@ -136,30 +136,30 @@ def pool(
     if not fine.any():
         return TakeUp(np.full(3, np.nan), float("nan"))
     votes = unit(up[fine].astype(np.float64))
-    expected = expected_deg(error_deg[fine])
-    trust = (expected.min() / expected) ** 2
-    centre, robust = robust_mean(votes, trust)
+    weights = trust(error_deg[fine])
+    centre, robust = robust_mean(votes, weights)
     # Degrees from the centre along two directions across it.
     plane = votes @ np.linalg.svd(centre[None])[2][1:].T
     sine = np.linalg.norm(plane, axis=-1)
     apart = plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]
-    scatter = float(np.sqrt(np.average((apart**2).sum(-1), weights=trust)))
+    scatter = float(np.sqrt(np.average((apart**2).sum(-1), weights=weights)))
     effective = effective_number(apart, time_s[fine], robust)
     usual = float("nan") if spread is None else known_median(spread[fine])
-    shared = lean_square(float(np.average(expected**2, weights=trust)), scatter**2, usual)
-    outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
+    expected_square = float(np.average(1 / weights, weights=weights))
+    shared = lean_square(expected_square, scatter**2, usual)
+    outvoted = float(np.nan_to_num(angle_deg(weights @ votes, centre), nan=90.0))
     return TakeUp(centre, float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2))))
 
 
-def robust_mean(votes: np.ndarray, trust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) mean of unit vectors (N, 3), and the weights (N,) that it came to: trust times Cauchy's."""
-    weights = trust
+def robust_mean(votes: np.ndarray, trusted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) mean of unit vectors (N, 3), and the weights (N,) that it came to: `trusted` (N,) times Cauchy's."""
+    weights = trusted
     centre = unit(weights @ votes)
     for _ in range(_TURNS):
         if not np.isfinite(centre).all():  # votes that cancel
             centre = votes[np.argmax(weights)]
         chord = 2 - 2 * votes @ centre  # squared; near the squared angle, and cheaper
-        weights = trust / (1 + chord / np.radians(_OUTLIER_DEG) ** 2)
+        weights = trusted / (1 + chord / np.radians(_OUTLIER_DEG) ** 2)
         before, centre = centre, unit(weights @ votes)
         if np.abs(centre - before).max() < _STILL:
             break

@@ -328,15 +328,11 @@ class _Means:
 
 
 def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
-    """models.gait.errors.path_error of a path that was estimated (stages/place.py); NaN of one whose estimator states
-    no error; 0, 0 for others."""
-    filtered, path = motion.filtered, motion.filtered.path
-    if path is None or filtered.measured_root is not None:
+    """models.gait.errors.path_error of a path that was estimated (stages/place.py); 0, 0 for others."""
+    path = motion.filtered.path
+    if path is None or motion.filtered.measured_root is not None:
         return 0.0, 0.0
-    if path.covariance is None or path.shared is None:
-        return float("nan"), float("nan")
-    axis = motion.rectified.R_source_from_level[2]
-    return path_error(path.points, path.covariance, axis, *path.shared, filtered.times, gait.walks)
+    return path_error(path, motion.rectified.R_source_from_level[2], motion.times, gait.walks)
 
 
 def _lengths(motion: Motion, gait: Gait, of_path: float) -> tuple[Values, list[Row], float]:

@@ -10,11 +10,10 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import (
     JOINTS,
     JointNoise,
-    angle_sd,
-    noise_size,
+    LiftErrors,
     shipped_noise,
 )
-from pcnet3d.models.angle_error.take_angles import LiftErrors, TakeJoints, smoothed, take_angles
+from pcnet3d.models.angle_error.take_angles import TakeJoints, smoothed, take_angles
 from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of
 from pcnet3d.pipeline import CAMERA, H36M17, Take
@@ -55,7 +54,8 @@ def some_noise(size=0.015):
 
 
 def sd_of(body, R, error, up_error, noise, stated=None):
-    return angle_sd(body, R, error, up_error, noise_size(body, error, up_error, noise, stated), noise)
+    errors = LiftErrors(error, up_error, noise, stated)
+    return errors.parts(body, R, errors.size(body))
 
 
 def noise_of(*args):

@@ -329,7 +329,7 @@ def given(truth: SeenTake, asked: Configuration, video: Video | None = None) -> 
     )
     seen, camera = truth.keypoints, known_camera(truth.image_size, told.focal_px, None)
     if asked.image and video is not None:
-        camera = camera_of(video, seen, (int(seen.frame_index[0]), int(seen.frame_index[-1])))
+        camera = camera_of(video, [seen], (int(seen.frame_index[0]), int(seen.frame_index[-1])))
     elif asked.image:
         camera = replace(camera, looks=looks(truth, asked.seed))
     take = Take(truth.clip, keypoints=seen, camera=camera, told=told, video=video)

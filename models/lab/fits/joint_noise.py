@@ -19,7 +19,7 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import is_finite, kabsch, rotate
 from ....pipeline.files.atomic import write_text
 from ....pipeline.plugins.protocols import Rectifier
-from ...angle_error.joint_noise import JOINTS, JointNoise, heading_error, limb_spread, shipped_noise
+from ...angle_error.joint_noise import JOINTS, JointNoise, LiftErrors, limb_spread, shipped_noise
 from ...angle_error.take_angles import smoothed
 from ...common.residuals import stated_spread
 from ...gravity.levelling import level_static, why_not
@@ -78,7 +78,7 @@ def with_multiples(noise: JointNoise, takes: Iterable[LiftedTake], rectifier: Re
             continue
         pair = Pair.of(take)
         size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
-        heading = heading_error(level.error_deg, level.up_error_deg)
+        heading = LiftErrors(level.error_deg, level.up_error_deg, noise).heading_deg
         row = np.log(np.stack([heading, limb_spread(pair.lifted), spread, size], axis=-1))
         rows.append(row[pair.upright & is_finite(row)])
     if not rows:

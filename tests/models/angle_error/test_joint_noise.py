@@ -13,9 +13,9 @@ from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, sid
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns
-from pcnet3d.models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
+from pcnet3d.models.angle_error.joint_noise import JointNoise, LiftErrors, read_noise, shipped_noise
 from pcnet3d.models.angle_error.posture import FEATURES, POSTURES, features, folding, growth, posture
-from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, LiftErrors, TakeJoints, take_angles
+from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, TakeJoints, take_angles
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE

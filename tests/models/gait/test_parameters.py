@@ -8,6 +8,7 @@ import pytest
 from pcnet3d.models.gait.errors import OF_SIDES, depth_of_steps, path_error, shipped_errors
 from pcnet3d.models.gait.gait import OF_STYLE, Gait, Stance, Step, walks
 from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt, standing, times_too_far
+from pcnet3d.pipeline.core.path import RootPath
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
 TIME = np.arange(6 * FPS) / FPS
@@ -206,7 +207,9 @@ def test_speed_towards_the_camera_has_the_whole_error_of_the_focal_length(toward
     root = 5 * axis + np.outer(time_s, towards * axis + (1 - towards) * across)
     covariance = np.broadcast_to(np.eye(3), (61, 3, 3))
     walk = [[Step("right", 0.0, 1.0), Step("left", 1.0, 2.0)]]
-    assert path_error(root, covariance, axis, 0.0, 0.75, time_s, walk)[1] == pytest.approx(share, abs=1e-9)
+    assert path_error(RootPath(root, covariance, (0.0, 0.75)), axis, time_s, walk)[1] == pytest.approx(
+        share, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("walked", "mixed"), [(0, False), (6, True)])
