@@ -115,7 +115,7 @@ def _notices(camera: Camera) -> list[Notice]:
     if camera.focal_against_px is None:
         return []
     by, fits = "the straight lines of the image", camera.focal_against_px
-    return [notice("focal-against-lines", by=by, focal_px=camera.focal_px, fits=fits)]
+    return [notice("focal-contradicted", by=by, focal_px=camera.focal_px, fits=fits)]
 
 
 def _motion(background: Background | None, told: Told) -> list[Notice]:

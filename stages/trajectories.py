@@ -24,6 +24,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..models.angle_error.joint_noise import made_by_the_built_in
+from ..models.angle_error.take_angles import smoothed
 from ..models.gait.clock import clock_doubts
 from ..models.smoother import LIFTED, Motion, known_noise
 from ..pipeline.core.errors import InputError
@@ -37,7 +38,6 @@ from ..pipeline.signals.filters import (
     breaks,
     check_cutoff,
     derivative,
-    each_path,
     lowpass,
     rate,
 )
@@ -114,7 +114,7 @@ def _unknown(why: str) -> Notice:
 
 
 def known_motions(
-    level: PoseSequence, joints: tuple[str, ...], lifted: bool = True, judged: bool = True
+    level: PoseSequence, joints: tuple[str, ...], lifted: bool, judged: bool
 ) -> dict[str, Motion]:
     """The motion of these joints, and of the root if there is one, smoothed by their errors: a path for each name.
 
@@ -153,15 +153,10 @@ def smooth(level: PoseSequence, cutoff_hz: float | None = None) -> tuple[PoseSeq
     if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
         return level.noted("low-pass filter", filter="none", unfiltered=True), None, 0
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
-    joints = level.joints
-
-    def smoothed(path: np.ndarray) -> np.ndarray:
-        return lowpass(path, times, cutoff, seams)
-
-    result = each_path(smoothed, joints)
-    path = level.path and replace(level.path, points=smoothed(level.path.points))
-    lost = int((is_finite(joints) & ~is_finite(result)).sum())
-    filtered = level.with_(joints=result, path=path)
+    joints = smoothed(level.joints, times, cutoff, seams)
+    path = level.path and replace(level.path, points=lowpass(level.path.points, times, cutoff, seams))
+    lost = int((is_finite(level.joints) & ~is_finite(joints)).sum())
+    filtered = level.with_(joints=joints, path=path)
     noted = filtered.noted("low-pass filter", filter="butterworth", cutoff_hz=cutoff, values_lost=lost)
     return noted, cutoff, lost
 

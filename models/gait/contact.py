@@ -56,10 +56,8 @@ class ContactNet:
 def shipped_net() -> ContactNet:
     """What contact.json holds."""
     content = json.loads(CONTACT_FILE.read_text(encoding="utf-8"))
-    centre, scale, hidden, hidden_bias, out = (
-        np.array(content[name]) for name in ("centre", "scale", "hidden", "hidden_bias", "out")
-    )
-    return ContactNet(centre, scale, hidden, hidden_bias, out, content["out_bias"])
+    arrays = [np.array(content[name]) for name in ("centre", "scale", "hidden", "hidden_bias", "out")]
+    return ContactNet(*arrays, content["out_bias"])
 
 
 def contacts(body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) -> dict[str, np.ndarray]:
@@ -71,26 +69,17 @@ def contacts(body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) 
     net = shipped_net()
     result = {side: np.full(len(body), np.nan) for side in "rl"}
     for side in result:
-        for rows, features in _windows(body, time_s, side, seams):
+        for rows, features in windows(body, time_s, side, seams):
             result[side][rows] = net.probability(features)
     return result
 
 
-def window_features(
+def windows(
     body: np.ndarray, time_s: np.ndarray, side: str, seams: tuple[int, ...] = ()
-) -> np.ndarray:
-    """(T, F) of one foot: both ankles and its knee over the window in lengths of a leg, mirrored for the left foot;
-    beyond the ends of an unbroken piece its last values are repeated. body, time_s, seams: as those of `contacts`."""
-    result = np.full((len(body), len(_OFFSETS_S) * _VALUES), np.nan)
-    for rows, features in _windows(body, time_s, side, seams):
-        result[rows] = features
-    return result
-
-
-def _windows(
-    body: np.ndarray, time_s: np.ndarray, side: str, seams: tuple[int, ...]
 ) -> Iterator[tuple[slice, np.ndarray]]:
-    """The rows of `window_features` that have any, some minutes at a time, for they are 2 KB a frame."""
+    """(N, F) features of one foot in rows that have them, some minutes at a time, for they are 2 KB a frame: both
+    ankles and its knee over the window in lengths of a leg, mirrored for the left foot; beyond the ends of an unbroken
+    piece its last values are repeated. body, time_s, seams: as those of `contacts`."""
     names = (f"{side}_ankle", f"{OTHER[side]}_ankle", f"{side}_knee")
     mirror = 1 if side == "r" else _MIRROR
     legs = np.concatenate(

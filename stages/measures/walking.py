@@ -197,7 +197,7 @@ def focal_doubts(motion: Motion, gait: Gait, camera: Camera | None) -> list[Noti
     feet = standing(*_over_floor(motion.filtered), motion.times, walked_on(gait), motion.seams)
     fits = camera.focal_px / times_too_far(*feet, motion.rectified.R_source_from_level[2, :2])
     by, told = "the feet that stand", camera.focal_px
-    return [notice("focal-against-lines", by=by, focal_px=told, fits=fits)] if fits < told else []
+    return [notice("focal-contradicted", by=by, focal_px=told, fits=fits)] if fits < told else []
 
 
 def doubts(motion: Motion, gait: Gait) -> list[Notice]:

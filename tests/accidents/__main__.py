@@ -29,7 +29,7 @@ from pcnet3d.pipeline.core.take import Take
 NEW = {
     "rate-against-movement", "rows-lost", "rows-added", "keypoints-not-of-poses", "keypoints-not-of-video",
     "depth-scaled", "joints-filled", "joints-coincide", "joints-exchanged", "limbs-copied", "repeats-itself",
-    "only-noise", "left-and-right", "keypoints-smooth", "focal-against-lines", "image-stretched",
+    "only-noise", "left-and-right", "keypoints-smooth", "focal-contradicted", "image-stretched",
     "poses-smooth", "duplicates",
 }  # fmt: skip
 

@@ -84,7 +84,7 @@ LIFTED: dict[str, tuple[Make, tuple[str, ...]]] = {
     "smoothed over 31 frames": (of_points(to.smooth(31, "nearest")), (*SHAPE, "keypoints-smooth")),
     "right leg a copy of the left": (of_points(to.leg_copied), SHAPE),
     "shares of the image as pixels": (in_image(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
-    "focal length told 2.2 times too long": (to.focal_times(2.2), ("focal-against-lines",)),
+    "focal length told 2.2 times too long": (to.focal_times(2.2), ("focal-contradicted",)),
     "height told in centimetres": (to.told(stature=175.0), ("stature",)),
     "ankles exchanged": (of_points(sides_of("ankle")), (*GAPS, *SIDES)),
     "knees exchanged": (of_points(sides_of("knee")), (*GAPS, *SIDES)),
@@ -236,7 +236,7 @@ LATER: dict[str, tuple[tuple[str, ...], Make, tuple[str, ...]]] = {
     "keypoints made at 50 frames a second": (_FILMS, to.at_rate(50 / 30, noise_px=0.3), TOGETHER),
     "keypoints of another recording, in the same place": (_FILMS, to.of_other_in_place, TOGETHER),
     "keypoints of half the video's size": (_FILMS, resized(0.5, 0.5, size_too=False, video=True), TOGETHER),
-    "focal length told 0.4 times": (_FILMS, to.focal_times(0.4), ("focal-against-lines", "image-against-bodies")),
+    "focal length told 0.4 times": (_FILMS, to.focal_times(0.4), ("focal-contradicted", "image-against-bodies")),
 }  # fmt: skip
 CHOSEN_BY = list(LATER)[::2]
 LAST: dict[str, tuple[tuple[str, ...], Make, tuple[str, ...]]] = {

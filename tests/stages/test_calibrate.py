@@ -60,7 +60,7 @@ def test_lines_contradict_a_wrong_focal_length(factor):
     found = static_camera({0: shown.image}, {0: shown.boxes}, factor * true_px)
     assert found.focal_px == factor * true_px
     codes = [each.code for each in _notices(found)]
-    assert ("focal-against-lines" in codes) == (factor != 1)
+    assert ("focal-contradicted" in codes) == (factor != 1)
     assert factor == 1 or found.focal_against_px == pytest.approx(true_px, rel=0.05)
 
 

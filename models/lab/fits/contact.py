@@ -22,7 +22,7 @@ from ....pipeline.files.atomic import write_text
 from ...angle_error.take_angles import smoothed
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
-from ...gait.contact import ContactNet, window_features
+from ...gait.contact import ContactNet, windows
 from ...lifter.builtin import lifted
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, joints_of, see
 from ..mocap.clips import Clip, data_set, read_clips
@@ -58,14 +58,12 @@ def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np
         for level in (rotate(off @ seen.R_camera_from_world.T, lift), captured):
             body = in_body(level, time_s)
             for side in "rl":
-                features = window_features(body, time_s, side)
-                known = np.isfinite(features).all(axis=1)
                 events = spells[side][np.isfinite(spells[side])]
                 apart = np.abs(time_s[:, None] - events).min(axis=1, initial=np.inf)
                 weight = runs * np.where(apart < _SOON_S, _MOVES, 1.0)
-                parts.append(
-                    (features[known].astype(np.float32), on_floor(spells[side], time_s)[known], weight[known])
-                )
+                contact = on_floor(spells[side], time_s)
+                for rows, features in windows(body, time_s, side):
+                    parts.append((features.astype(np.float32), contact[rows], weight[rows]))
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return features, contact.astype(np.float64), weight
 
@@ -128,7 +126,7 @@ def learn(output: Path) -> None:
         "made_by": "pcnet3d lab refit",
         "learned_on": f"{len(features):,} frames of feet of CMU and ACCAD train subjects, lifted and as captured",
         "seed": _SEED,
-        "joints": f"{H36M17.name}, see contact.window_features",
+        "joints": f"{H36M17.name}, see contact.windows",
         **{name: np.round(value, 5).tolist() for name, value in vars(net).items()},
     }
     write_text(output, json.dumps(content) + "\n")

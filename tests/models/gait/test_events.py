@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gait.contact import contacts, leg_lengths, window_features
+from pcnet3d.models.gait.contact import contacts, leg_lengths, windows
 from pcnet3d.models.gait.gait import (
     ON_FLOOR,
     Stance,
@@ -315,13 +315,15 @@ def test_missing_legs_are_missing_contacts_and_nothing_crosses_a_seam():
     found = contacts(body, WALK.time_s)
     assert np.isnan(found["r"][40:50]).all()
     assert np.isfinite(found["r"][50:]).all()
-    whole = window_features(body[60:], WALK.time_s[60:], "r", (30,))
+
+    def first_clip(body):
+        return next(features for _, features in windows(body, WALK.time_s[60:], "r", (30,)))[:30]
+
     other = body[60:].copy()
     other[30:, H36M17.index("l_knee")] += 0.2  # legs have other lengths in the other clip
     np.testing.assert_allclose(
-        window_features(other, WALK.time_s[60:], "r", (30,))[:30]
-        * leg_lengths(other, WALK.time_s[60:], (30,))[0],
-        whole[:30] * leg_lengths(body[60:], WALK.time_s[60:], (30,))[0],
+        first_clip(other) * leg_lengths(other, WALK.time_s[60:], (30,))[0],
+        first_clip(body[60:]) * leg_lengths(body[60:], WALK.time_s[60:], (30,))[0],
     )
 
 
