@@ -57,7 +57,7 @@ def shipped_net() -> ContactNet:
     """What contact.json holds."""
     content = json.loads(CONTACT_FILE.read_text(encoding="utf-8"))
     arrays = [np.array(content[name]) for name in ("centre", "scale", "hidden", "hidden_bias", "out")]
-    return ContactNet(*arrays, content["out_bias"])
+    return ContactNet(*arrays, out_bias=content["out_bias"])
 
 
 def contacts(body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) -> dict[str, np.ndarray]:

@@ -369,35 +369,6 @@ def finite(values: Mapping[str, np.ndarray]) -> np.ndarray:
     return every[np.isfinite(every)]
 
 
-def find_gait(
-    body: np.ndarray,
-    time_s: np.ndarray,
-    seams: Sequence[int] = (),
-    facing_deg: np.ndarray | None = None,
-    least: float = LEAST_STEP,
-) -> Gait:
-    """The stances and walks of a take.
-
-    body: (T, 17, 3) H36M17 in BODY axes relative to the pelvis, through the usual 6 Hz low-pass; time_s: (T,).
-    facing_deg: (T,) in still axes, None where the camera moves, and then turns are not told from walks. least: a step's
-    change of the ankles' separation in lengths of a leg.
-    """
-    probability = contacts(body, time_s, tuple(seams))
-    apart = separation(body, time_s, seams)
-
-    def found_by(probability: Mapping[str, np.ndarray]) -> Gait:
-        feet = stances(probability, time_s, seams)
-        steps_in_turn = walks(feet, apart, time_s, least, seams, facing_deg)
-        # Slow steps with flights are leaps, or stances were missed.
-        return Gait(feet, [walk for walk in steps_in_turn if not slow_flights(feet, walk)])
-
-    gait = found_by(probability)
-    if gait.kind != "walking":
-        return gait
-    again = found_by(as_walked(probability, time_s, gait.walks))
-    return again if again.walks else gait
-
-
 def as_walked(
     probability: Mapping[str, np.ndarray], time_s: np.ndarray, walks: Sequence[Sequence[Step]]
 ) -> dict[str, np.ndarray]:
@@ -448,13 +419,26 @@ def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:
 
 
 def gait_of(motion: Motion) -> Gait:
-    """Stances and walks, with steps beyond the noise that the columns state. Where the camera moves, turns of the
-    person are not told from the camera's and end no walk."""
-    rectified, facing = motion.rectified, None
+    """A take's stances and walks, with steps beyond the noise that the columns state (`least_step`). Where the camera
+    moves, turns of the person are not told from the camera's and end no walk."""
+    rectified, time_s, seams, facing = motion.rectified, motion.times, motion.seams, None
     if not motion.moving_camera:
         facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
     least = least_step(motion.columns, motion.unjudged)
-    return find_gait(motion.body, motion.times, motion.seams, facing_deg=facing, least=least)
+    apart = separation(motion.body, time_s, seams)
+
+    def found_by(probability: Mapping[str, np.ndarray]) -> Gait:
+        feet = stances(probability, time_s, seams)
+        steps_in_turn = walks(feet, apart, time_s, least, seams, facing)
+        # Slow steps with flights are leaps, or stances were missed.
+        return Gait(feet, [walk for walk in steps_in_turn if not slow_flights(feet, walk)])
+
+    probability = contacts(motion.body, time_s, seams)
+    gait = found_by(probability)
+    if gait.kind != "walking":
+        return gait
+    again = found_by(as_walked(probability, time_s, gait.walks))
+    return again if again.walks else gait
 
 
 @dataclass(frozen=True)

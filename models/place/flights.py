@@ -189,7 +189,7 @@ def flown(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = 
     joints = level.joints[:, level.layout.indices(NEEDED)]
     world = (level.joints + level.root[:, None]).astype(np.float64) / stature
     ankles = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
-    path = _BodyPath(level.times, _centre_of_mass(world), ankles, rule)
+    path = BodyPath(level.times, _centre_of_mass(world), ankles, rule)
     spells = list(_spells(path, level.seams))
     fitted = (_flight(path, rows, line, stature_m) for rows, line, whole in spells if whole)
     return Airborne(
@@ -270,7 +270,7 @@ def _centre_of_mass(world: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _BodyPath:
+class BodyPath:
     """time_s (T,); in statures the centre of mass (T, 3), and the heights of the ankles (T, 2)."""
 
     time_s: np.ndarray
@@ -284,7 +284,7 @@ class _BodyPath:
         return self.ankles.min(axis=1)
 
 
-def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
+def _flight(path: BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
     """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
     rule, time_s = path.rule, path.time_s
     ends, parabola = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
@@ -306,13 +306,12 @@ def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | N
     rise = fall * (apex_s - off_s) ** 2 / 2
     if rule.lifted:
         free = fall if stature_m is None else GRAVITY / stature_m
-        stands, height = path.lowest <= line, np.where(np.isfinite(line), path.centre[:, 2], np.nan)
-        rise = lifted_rise(time_s, height, path.lowest, stands, rows, off_s, apex_s, free)
+        rise = lifted_rise(path, line, rows, off_s, apex_s, free)
     clear = float((path.lowest - line)[rows].max()) + _UP
     return Flight(off_s, land_s, fall, rise, *feet, clear=clear)
 
 
-def _edge(path: _BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
+def _edge(path: BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
     """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
     line, on so many feet; NaN where that was not seen."""
     row, time_s = rows.start if way < 0 else rows.stop - 1, path.time_s
@@ -340,7 +339,7 @@ def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> floa
     return float(abs(time_s[last] - time_s[row]))
 
 
-def _spells(path: _BodyPath, seams: tuple[int, ...]) -> Iterator[tuple[slice, np.ndarray, bool]]:
+def _spells(path: BodyPath, seams: tuple[int, ...]) -> Iterator[tuple[slice, np.ndarray, bool]]:
     """Rows in which the lower ankle is well above the floor for as long as in a flight, the line (T,) that it is above,
     and whether the lows before and after them were seen."""
     height, time_s, rule = path.lowest, path.time_s, path.rule
@@ -386,21 +385,15 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> tuple[float, fl
 
 
 def lifted_rise(
-    time_s: np.ndarray,
-    centre: np.ndarray,
-    ankle: np.ndarray,
-    stands: np.ndarray,
-    rows: slice,
-    off_s: float,
-    apex_s: float,
-    fall: float,
+    path: BodyPath, line: np.ndarray, rows: slice, off_s: float, apex_s: float, fall: float
 ) -> float:
     """By how many statures the centre of mass rises after the feet have left the floor, at off_s.
 
-    time_s (T,). In statures: centre (T,) the height of the centre of mass, ankle (T,) of the lower ankle. stands (T,):
-    whether a foot is on the floor; there are some rows of the same clip before and after the flight, which has `rows`
-    and is highest at apex_s. fall: of gravity, statures / s2.
+    line: (T,) above which the lower ankle is in the flight, which has `rows` and is highest at apex_s, and not in some
+    rows before and after it; NaN in rows of another clip. fall: of gravity, statures / s2.
     """
+    time_s, ankle = path.time_s, path.lowest
+    stands, centre = ankle <= line, np.where(np.isfinite(line), path.centre[:, 2], np.nan)
     visible = np.isfinite(centre[rows])
     way_s = (time_s[rows] - apex_s)[visible]
     drift, level = np.polyfit(way_s, centre[rows][visible] + fall / 2 * way_s**2, 1)

@@ -1,6 +1,7 @@
 """Errors of another lifter's angles by how far they are from the built-in lifter's on the same keypoints; and takes
 that are told to be far off."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -40,6 +41,11 @@ class Filmed:
         joints = self.poses.joints.astype(float) if joints is None else joints
         return take_angles(TakeJoints(joints, joints, self.R))
 
+    def off(self, deg):
+        """The angles with a knee that is so far off."""
+        angles = self.angles()
+        return angles | {KNEE: replace(angles[KNEE], value_deg=angles[KNEE].value_deg + deg)}
+
     def judged(self, angles=None, second=None, poses=None):
         return by_disagreement(
             poses or self.poses,
@@ -73,11 +79,8 @@ def test_every_angle_has_an_error_and_no_noise_that_rates_could_be_smoothed_by(f
 
 def test_the_error_grows_with_the_disagreement_where_it_is(filmed, right):
     """One second is averaged over, so the error of a half second reaches half a second on either side."""
-    angles = filmed.angles()
     off = np.where((filmed.poses.times > 1.25) & (filmed.poses.times < 1.75), 30.0, 0.0)
-    knee = angles[KNEE]
-    angles[KNEE] = type(knee)(knee.value_deg + off, knee.sd_deg, knee.reason, knee.noise_deg)
-    wrong = filmed.judged(angles)
+    wrong = filmed.judged(filmed.off(off))
     more = wrong[KNEE].sd_deg - right[KNEE].sd_deg
     assert np.nanmax(more[off > 0]) > 10
     far = np.abs(filmed.poses.times - 1.5) > 0.8
@@ -86,21 +89,15 @@ def test_the_error_grows_with_the_disagreement_where_it_is(filmed, right):
 
 
 def test_an_angle_that_is_quite_another_is_left_out(filmed):
-    angles = filmed.angles()
-    knee = angles[KNEE]
-    angles[KNEE] = type(knee)(knee.value_deg + 60.0, knee.sd_deg, knee.reason, knee.noise_deg)
-    wrong = filmed.judged(angles)[KNEE]
+    wrong = filmed.judged(filmed.off(60.0))[KNEE]
     assert (wrong.reason == UNTRUSTED).all()
     assert np.isnan([wrong.value_deg, wrong.sd_deg]).all()
 
 
 def test_an_error_ends_at_a_clip_boundary(filmed, right):
-    angles = filmed.angles()
-    knee, row = angles[KNEE], 45
-    off = np.where(np.arange(len(filmed.poses)) >= row, 25.0, 0.0)
-    angles[KNEE] = type(knee)(knee.value_deg + off, knee.sd_deg, knee.reason, knee.noise_deg)
-    wrong = filmed.judged(angles, poses=filmed.poses.with_(seams=(row,)))[KNEE]
-    apart = filmed.judged(poses=filmed.poses.with_(seams=(row,)))[KNEE]
+    row = 45
+    off, poses = np.where(np.arange(len(filmed.poses)) >= row, 25.0, 0.0), filmed.poses.with_(seams=(row,))
+    wrong, apart = (filmed.judged(angles, poses=poses)[KNEE] for angles in (filmed.off(off), None))
     np.testing.assert_allclose(wrong.sd_deg[:row], apart.sd_deg[:row])
     assert np.nanmin((wrong.sd_deg - apart.sd_deg)[row:]) > 4
 

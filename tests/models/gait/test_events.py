@@ -1,15 +1,18 @@
 """Contacts of the walker, and stances, steps and walks out of probabilities and separations whose answers are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from golden.motions import motion_with
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.contact import contacts, leg_lengths, windows
 from pcnet3d.models.gait.gait import (
     ON_FLOOR,
     Stance,
     contact_times,
-    find_gait,
+    gait_of,
     separation,
     stances,
     strides,
@@ -259,7 +262,7 @@ def test_nobody_runs_at_fifty_steps_a_minute(step_s, lasts, kind, monkeypatch):
     body[:, ankles[0], 0], body[:, ankles[1], 0] = -swing, swing
     feet, _ = walked(0.5 + step_s * np.arange(6), lasts * step_s)
     monkeypatch.setattr("pcnet3d.models.gait.gait.stances", lambda *_: feet)
-    assert find_gait(body, TIME).kind == kind
+    assert gait_of(replace(motion_with({}, TIME), body=body)).kind == kind
 
 
 def body_of(walk):

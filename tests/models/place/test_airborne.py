@@ -13,7 +13,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, finished
-from pcnet3d.models.place.flights import airborne, flown, lifted_rise
+from pcnet3d.models.place.flights import LIFTED, BodyPath, airborne, flown, lifted_rise
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Background, Camera
 from pcnet3d.pipeline.core.measures import SD_90, nested
@@ -374,8 +374,9 @@ def jump(high: float, fps: float = 60.0, box: float = 0.0) -> dict:
     toes = np.where(resting, 0.0, np.clip(centre - floor - LEGS - ANKLE, 0, TOES))
     ankle = np.where(air, centre - LEGS, ANKLE + floor + toes)
     rows = np.flatnonzero(air)
+    path = BodyPath(time_s, centre[:, None] * [0, 0, 1], np.stack([ankle, ankle], axis=-1), LIFTED)
     return {
-        "time_s": time_s, "centre": centre, "ankle": ankle, "stands": ~air, "rows": slice(rows[0], rows[-1] + 1),
+        "path": path, "line": np.where(air, -np.inf, np.inf), "rows": slice(rows[0], rows[-1] + 1),
         "off_s": APEX_S - up_s, "apex_s": APEX_S, "fall": FALL,
     }  # fmt: skip
 
@@ -396,9 +397,9 @@ def test_when_the_feet_leave_hardly_matters():
 def test_where_the_take_off_was_not_seen_heights_alone_tell():
     """The row before the take-off is in each line of 0.4 s from before it to the highest point."""
     one = jump(0.06)
-    centre = one["centre"].copy()
-    centre[one["rows"].start - 1] = np.nan
-    seen, unseen = lifted_rise(**one), lifted_rise(**{**one, "centre": centre})
+    path = replace(one["path"], centre=one["path"].centre.copy())
+    path.centre[one["rows"].start - 1] = np.nan
+    seen, unseen = lifted_rise(**one), lifted_rise(**{**one, "path": path})
     assert seen != unseen
     assert unseen == pytest.approx(0.06, abs=0.005)
 

@@ -142,15 +142,6 @@ def test_missing_joints_make_figures_absent_with_a_reason(walk):
     assert found["arm_raises"]["right"]["count"] == 2
 
 
-def test_sides_of_which_one_was_seen_for_less_of_the_take_are_not_compared(take):
-    seen_less = take.kinematics["l_knee_flexion_deg"].copy()
-    seen_less[: len(seen_less) // 4] = np.nan
-    found = remeasured(take, l_knee_flexion_deg=seen_less)["symmetry"]
-    assert found["knee_flexion"]["symmetry_index_withheld"] == "sides-unlike"
-    assert "symmetry_index_percent" not in found["knee_flexion"]
-    assert "symmetry_index_percent" in found["elbow_flexion"]
-
-
 _COPIED = (*STAGES[:3], Measures(unusable=True))  # a clip that plays more than once is found to
 
 
