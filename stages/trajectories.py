@@ -92,10 +92,10 @@ class Trajectories:
         ):  # body's size and focal length included
             columns |= in_single({f"root_{axis}_sd": sd[:, i] for i, axis in enumerate("xyz")})
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
-        smoothed = known_error and len(level) > 1  # a single frame has no path
-        if smoothed and level.covariance is None:
+        by_errors = known_error and len(level) > 1  # a single frame has no path
+        if by_errors and level.covariance is None:
             notices.append(_unknown("were estimated from the paths, which do not show slow errors"))
-        elif smoothed and not judged:
+        elif by_errors and not judged:
             notices.append(_unknown("are stated by the lifter, and were not checked"))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=cutoff_hz).saying(
             *notices, *filtered, *clock_doubts(level)

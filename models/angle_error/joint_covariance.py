@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.core.camera import Camera, pitch_roll_deg
+from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.measures import SD_90
-from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
 from .joint_noise import JointNoise
@@ -42,17 +41,12 @@ class Turns:
 
 
 def turns_of(take: Take) -> Turns | None:
-    """Of a take that is rectified; None where nothing tells where its people are in the image."""
-    poses = take.need("poses")
-    if take.keypoints is None or take.camera is None or poses.frame.family != "camera":
+    """Of a take that is rectified; None where nothing tells where its people are in the image. Where keypoints miss a
+    frame the person is taken to be where it is in the middle of the take."""
+    poses, keypoints, camera = take.need("poses"), take.keypoints, take.camera
+    if keypoints is None or camera is None or poses.frame.family != "camera":
         return None
-    return turns(take.keypoints, take.camera, poses.frame_index, take.need("rectified"))
-
-
-def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: Rectified) -> Turns:
-    """Of poses in CAMERA axes whose frames have these numbers, rows (T,). keypoints: pixels, of the same video; where
-    they miss a frame the person is taken to be where it is in the middle of the take."""
-    pixels = keypoints.joints.astype(np.float64)
+    rows, pixels = poses.frame_index, keypoints.joints.astype(np.float64)
     middle = (np.fmin.reduce(pixels, axis=1) + np.fmax.reduce(pixels, axis=1)) / 2
     off = (middle - np.array(camera.image_size) / 2) / camera.focal_px
     at = np.minimum(np.searchsorted(keypoints.frame_index, rows), len(off) - 1)
@@ -61,7 +55,7 @@ def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: 
     usual = np.median(finite, axis=0) if len(finite) else np.zeros(2)
     off = np.where(has_row[:, None], off[at], usual)
     ray = unit(np.concatenate([off, np.ones((len(off), 1))], axis=1))
-    R = np.broadcast_to(rectified.R_source_from_level, (len(rows), 3, 3))
+    R = np.broadcast_to(take.need("rectified").R_source_from_level, (len(rows), 3, 3))
     # A longer lens brings the ray nearer to the axis, and never past it.
     share = camera.focal_sd_px / camera.focal_px
     share /= 1 + SD_90 * share

@@ -3,6 +3,7 @@ a posture's distance from standing; and ellipsoids by known turns."""
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,15 +13,15 @@ from golden.jumps import posed
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
-from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns
+from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns_of
 from pcnet3d.models.angle_error.joint_noise import JointNoise, LiftErrors, read_noise, shipped_noise
 from pcnet3d.models.angle_error.posture import FEATURES, POSTURES, features, folding, growth, posture
 from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, TakeJoints, take_angles
-from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline import CAMERA, H36M17, Take
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.measures import SD_90
-from pcnet3d.pipeline.core.pose import PoseSequence, Rectified
+from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.core.rotations import rotate, transpose, unit
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, UNTRUSTED
 from refusals import refused
@@ -205,6 +206,7 @@ NOISE = JointNoise(np.zeros((0, 14, 3)), turn=(0.9, 1.1, 0.04))
 DOWN = Rotation.from_euler(
     "x", -90, degrees=True
 ).as_matrix()  # R_camera_from_level of a camera that looks level
+STEEP = DOWN @ Rotation.from_euler("x", 30, degrees=True).as_matrix()
 
 
 def test_levers_are_the_covariance_of_drawn_turns_across_the_ray():
@@ -234,12 +236,9 @@ def seen_at(off_px: float, focal_sd_px: float = 200.0, below_px: float = 0.0) ->
     )  # nobody in the last frame
     keypoints = PoseSequence(pixels, H36M17, IMAGE)
     camera = Camera((2000, 1000), 1000.0, focal_sd_px, "prior")
-    return turns(keypoints, camera, np.array([0, 2, 3, 7]), rectified())
-
-
-def rectified() -> Rectified:
-    steep = DOWN @ Rotation.from_euler("x", 30, degrees=True).as_matrix()
-    return type("Of", (), {"R_source_from_level": steep})()  # all of it that is looked at
+    poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA, frame_index=np.array([0, 2, 3, 7]))
+    rectified = SimpleNamespace(R_source_from_level=STEEP)  # all of it that is looked at
+    return turns_of(Take("t", poses=poses, keypoints=keypoints, camera=camera, rectified=rectified))
 
 
 def test_the_focal_length_turns_whom_it_shows_beside_the_axis_by_its_share_of_the_angle():
@@ -260,7 +259,8 @@ def test_of_that_turn_the_heading_takes_what_is_about_the_vertical():
 
 
 def test_the_ray_points_at_the_person():
-    R = rectified().R_source_from_level
-    camera = rotate(R, seen_at(500.0).ray[:, None])[:, 0]
+    camera = rotate(STEEP, seen_at(500.0).ray[:, None])[:, 0]
     np.testing.assert_allclose(camera, unit(np.array([[0.5, 0, 1]] * 4)), atol=1e-12)
-    np.testing.assert_allclose(rotate(transpose(R), camera[:, None])[:, 0], seen_at(500.0).ray, atol=1e-12)
+    np.testing.assert_allclose(
+        rotate(transpose(STEEP), camera[:, None])[:, 0], seen_at(500.0).ray, atol=1e-12
+    )

@@ -376,7 +376,7 @@ def jump(high: float, fps: float = 60.0, box: float = 0.0) -> dict:
     rows = np.flatnonzero(air)
     path = BodyPath(time_s, centre[:, None] * [0, 0, 1], np.stack([ankle, ankle], axis=-1), LIFTED)
     return {
-        "path": path, "line": np.where(air, -np.inf, np.inf), "rows": slice(rows[0], rows[-1] + 1),
+        "path": path, "line": np.where(air, -1.0, 9.0), "rows": slice(rows[0], rows[-1] + 1),
         "off_s": APEX_S - up_s, "apex_s": APEX_S, "fall": FALL,
     }  # fmt: skip
 
