@@ -30,7 +30,6 @@ from ...pipeline.files.skeletons import leg_length, upright_share
 from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
-from . import training
 from .common.cases import Cases
 from .common.config import checked
 from .evaluation.evaluate import publish
@@ -38,6 +37,7 @@ from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .mocap.clips import Clip
 from .mocap.convert import require_sides
 from .synthetic.views import CAMERA_FROM_SOURCE
+from .training.loop import Device
 from .training.rectifier import Deployed, TrainConfig, step_s, train
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
@@ -60,20 +60,17 @@ def mmfi(
     tree: Annotated[Path, Argument(help="The data set's folder, with E01 to E04 in it.")],
     output: Annotated[Path, Option("-o", "--output", help="Folder for networks and table.")],
     config: Annotated[Path | None, Option(help="Training config, instead of mmfi.toml.")] = None,
-    device: Annotated[training.Device, Option(help="Where to train; auto: a GPU if there is one.")] = "auto",
+    device: Annotated[Device, Option(help="Where to train; auto: a GPU if there is one.")] = "auto",
     threads: Annotated[int, Option(min=1, help="CPU threads.")] = 4,
 ) -> None:
     """Train on MM-Fi by its protocols S2 and S3 and print the paper's table."""
     torch.set_num_threads(threads)
     clips = read_tree(tree)
-    source = config or Path(training.__file__).with_name("mmfi.toml")
+    source = config or Path(__file__).parent / "training" / "mmfi.toml"
     run = checked(load_toml(source, "a training config"), TrainConfig, str(source))
     splits = {name: split_of(clips, tested) for name, tested in PROTOCOLS.items()}
     hours = len(splits) * run.schedule.steps * step_s(run, device, splits["S2"]) / 3600
-    print(
-        f"{len(splits)} trainings take about {hours:.2g} h, less what an earlier start has trained",
-        flush=True,
-    )
+    print(f"{len(splits)} trainings take about {hours:.2g} h, less what an earlier start has trained")
     rows: dict[str, dict[str, Any]] = {}
     for name, split in splits.items():
         print(f"{name}: {', '.join(f'{len(of)} clips {part}' for part, of in split.items())}")

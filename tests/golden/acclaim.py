@@ -87,7 +87,8 @@ def amc(frames):
 
 
 def write_still(folder: Path) -> Path:
-    """A skeleton and a motion of four frames at rest, in a folder as HDM05's."""
+    """A skeleton and a motion of four frames at rest, in a folder as HDM05's, which is made."""
+    folder.mkdir()
     (folder / "HDM_tr.asf").write_text(asf({joint: np.zeros(3) for joint in SKELETON}))
     rest = {"root": [0, 16, 0, 0, 0, 0], **{name: [0, 0, 0] for name in CMU.values()}}
     (folder / "HDM_tr_kick_1.amc").write_text(amc([rest] * 4))

@@ -80,6 +80,8 @@ def parse_asf(text: str) -> Acclaim:
         if not units.get("angle", ["deg"])[0].lower().startswith("deg"):
             raise ValueError("expected angles in degrees")
         dofs["root"] = tuple(map(str.lower, root["order"]))
+        if not {"tx", "ty", "tz"} <= {*dofs["root"]}:
+            raise ValueError("expected a root that moves")
     except (ValueError, KeyError, IndexError) as error:
         raise InputError("file-damaged", f"the ASF skeleton is damaged: {error}.") from None
     return Acclaim(Skeleton(names, parents, offsets), C, dofs, metres)
@@ -129,21 +131,14 @@ def parse_amc(text: str, acclaim: Acclaim) -> dict[str, np.ndarray]:
 
 def pose(acclaim: Acclaim, motion: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Joints (T, J, 3), metres, and R_world_from_joint (T, J, 3, 3)."""
-    count = len(motion["root"])
-    R = np.tile(np.eye(3), (count, len(acclaim.skeleton.names), 1, 1))
-    root = np.zeros((count, 3))
+    R = np.tile(np.eye(3), (len(motion["root"]), len(acclaim.skeleton.names), 1, 1))
     for i, name in enumerate(acclaim.skeleton.names):
-        if name not in motion:
-            continue
         dofs = acclaim.dofs[name]
-        turns = [k for k, dof in enumerate(dofs) if dof[0] == "r"]
-        if turns:
+        if name in motion and (turns := [k for k, dof in enumerate(dofs) if dof[0] == "r"]):
             M = _turn("".join(dofs[k][1] for k in turns), motion[name][:, turns])
             R[:, i] = acclaim.C[i] @ M @ transpose(acclaim.C[i])
-        for k, dof in enumerate(dofs):
-            if dof[0] == "t":
-                root[:, "xyz".index(dof[1])] = motion[name][:, k] * acclaim.metres
-    return place(acclaim.skeleton, root, R)
+    moves = [acclaim.dofs["root"].index(f"t{axis}") for axis in "xyz"]
+    return place(acclaim.skeleton, acclaim.metres * motion["root"][:, moves], R)
 
 
 def _turn(order: str, angles: np.ndarray) -> np.ndarray:

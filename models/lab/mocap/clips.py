@@ -23,8 +23,6 @@ OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources wit
 
 FPS = 30.0  # of all clips in files
 LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells which way is up
-
-_TENNIS = "tennis_mocap"
 PARTS = ("train", "val", "test")
 
 
@@ -61,7 +59,6 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
         joint_names=((len(H36M17),), "U"),
         **dict.fromkeys(("clip_name", "subject", "source"), (("clips",), "U")),
     )
-    start = arrays["clip_start"]
     if tuple(arrays["joint_names"]) != H36M17.joints or arrays["fps"] != FPS:
         raise InputError(
             "wrong-content",
@@ -73,15 +70,11 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
             "file-damaged",
             f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.",
         )
+    names, subjects, sources = (arrays[of].tolist() for of in ("clip_name", "subject", "source"))
+    parts = np.split(world, arrays["clip_start"][1:-1])
     return tuple(
-        Clip(
-            name=str(arrays["clip_name"][i]),
-            subject=str(arrays["subject"][i]),
-            source=str(arrays["source"][i]),
-            fps=FPS,
-            joints=world[start[i] : start[i + 1]],
-        )
-        for i in range(len(start) - 1)
+        Clip(name, subject, source, FPS, joints)
+        for name, subject, source, joints in zip(names, subjects, sources, parts, strict=True)
     )
 
 
@@ -173,7 +166,7 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     clips: list[Clip] = []
     for name, listed in splits.items():
         asked = listed.get(part)
-        if asked and (part != "test" or (name == _TENNIS) == (subjects == "tennis")):
+        if asked and (part != "test" or (name == "tennis_mocap") == (subjects == "tennis")):
             clips += [clip for clip in read_mocap(folder / f"{name}.npz") if subject_of(clip.name) in asked]
     if not clips:
         raise InputError(

@@ -59,9 +59,8 @@ def mocap(
     write_mocap(output, clips)
     frames, people = sum(map(len, clips)), Counter(clip.subject for clip in clips)
     print(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {frames / FPS / 60:.1f} min")
-    print(
-        f"{how_many(len(people), 'subject')} (clips): {', '.join(f'{who} ({n})' for who, n in sorted(people.items()))}"
-    )
+    of_each = ", ".join(f"{who} ({number})" for who, number in sorted(people.items()))
+    print(f"{how_many(len(people), 'subject')} (clips): {of_each}")
 
 
 def read_folder(folder: Path, only: Callable[[Path], bool] = lambda file: True) -> list[Clip]:

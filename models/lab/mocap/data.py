@@ -161,10 +161,9 @@ def converted(source: Source, folder: Path) -> list[Clip]:
         raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
-    all_files = source.file != "cmu_mocap"
-    clips = read_folder(folder, only=lambda file: all_files or subject_of(file.stem) in people)
-    clips = [source.made(clip) for clip in clips]
-    kept = [clip for clip in clips if not people or subject_of(clip.name) in people]
+    cmu = source is SOURCES["cmu"]
+    clips = read_folder(folder, only=lambda file: not cmu or subject_of(file.stem) in people)
+    kept = [clip for clip in map(source.made, clips) if not people or subject_of(clip.name) in people]
     if not kept:
         raise InputError("nothing-usable", f"Expected recordings of {', '.join(sorted(people))} in {folder}.")
     return kept

@@ -30,11 +30,10 @@ _TREE = {
 CHILDREN = H36M17.indices(list(_TREE))
 PARENTS = H36M17.indices(list(_TREE.values()))
 _LEGS = [bone for bone, joint in enumerate(_TREE) if joint[2:] in ("knee", "ankle")]
-_PARENT_OF = list(range(len(H36M17)))  # of each joint, the pelvis's being itself
-for _child, _parent in zip(CHILDREN, PARENTS, strict=True):
-    _PARENT_OF[_child] = _parent
-_LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
-_UPPER = [joint not in _LOWER for joint in H36M17.joints]
+_PARENT_OF = H36M17.indices([_TREE.get(joint, joint) for joint in H36M17.joints])  # the pelvis's is itself
+# Of each joint the same one on the left, or itself.
+_LEFT = H36M17.indices([f"l_{joint[2:]}" if joint[:2] == "r_" else joint for joint in H36M17.joints])
+_UPPER = [not joint.endswith(("pelvis", "hip", "knee", "ankle")) for joint in H36M17.joints]
 STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
 
@@ -75,6 +74,13 @@ def resize(joints: Array, factors: Array) -> Array:
 def vector(joints: Array, start: str, end: str) -> Array:
     """(..., 3) from one joint to another of joints (..., 17, 3)."""
     return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]
+
+
+def body_frame(leftward: Tensor, upward: Tensor) -> Tensor:
+    """R_world_from_body (..., 3, 3) of vectors (..., 3) that point about there: columns front, left, up."""
+    left = unit(leftward)
+    up = across(upward, left)
+    return torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)
 
 
 def _summed(bones: Any) -> Any:
@@ -151,20 +157,13 @@ def vary(
     if real and people is not None and len(people):
         now = bone_lengths(joints).mean(1)
         wanted = people[draw.integers(len(people), count)]
-        wanted = (wanted + wanted[:, H36M17.mirror.tolist()]) / 2 * _spread(draw, count)
+        spread = (0.03 * draw.normal(count, len(H36M17), most=2)).exp()[:, _LEFT]
+        wanted = (wanted + wanted[:, H36M17.mirror.tolist()]) / 2 * spread
         theirs = torch.where(now > 1e-3, wanted / now.clamp_min(1e-3), 1.0)
         factors = torch.where(draw.share(real, count, 1), theirs, factors)
     factors = torch.where(draw.share(bodies.unchanged, count, 1), 1.0, factors)
     out = resize(joints, factors)
     return torch.where(draw.share(bodies.mirrored, count)[:, None, None, None], mirror(out), out)
-
-
-def _spread(draw: Draw, count: int) -> Tensor:
-    """(B, 17) factors of the bones, left and right alike."""
-    factors = (0.03 * draw.normal(count, len(H36M17), most=2)).exp()
-    for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"):
-        factors[:, H36M17.index(f"r_{part}")] = factors[:, H36M17.index(f"l_{part}")]
-    return factors
 
 
 _REDEFINED_M = 0.02  # standard deviation of where sources put a joint
@@ -174,19 +173,14 @@ def redefined(joints: Tensor, draw: Draw, share: float) -> Tensor:
     """joints (B, T, 17, 3) as another source defines them, for a share of the windows: spine, thorax, nose and head
     moved in the sagittal plane, hips and shoulders across and along the trunk; the same in every frame of a window."""
     count = len(joints)
-    left = unit(vector(joints, "r_shoulder", "l_shoulder") + vector(joints, "r_hip", "l_hip"))
-    up = across(vector(joints, "pelvis", "thorax"), left)
-    axes = torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)  # (B, T, 3, 3): front, left, up
+    leftward = vector(joints, "r_shoulder", "l_shoulder") + vector(joints, "r_hip", "l_hip")
+    axes = body_frame(leftward, vector(joints, "pelvis", "thorax"))
     std = _REDEFINED_M * draw.share(share, count, 1, 1)
-    offsets = torch.zeros(count, len(H36M17), 3, device=joints.device)
+    offsets = joints.new_zeros(count, len(H36M17), 3)
     middle = H36M17.indices(("spine", "thorax", "nose", "head"))
-    offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * torch.tensor(
-        [1.0, 0.0, 1.0], device=joints.device
-    )
+    offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * joints.new_tensor([1.0, 0.0, 1.0])
     for part in ("hip", "shoulder"):
         moved = 0.6 * draw.normal(count, 3, most=2)
         for side, sign in (("l", 1.0), ("r", -1.0)):
-            offsets[:, H36M17.index(f"{side}_{part}")] = moved * torch.tensor(
-                [1.0, sign, 1.0], device=joints.device
-            )
+            offsets[:, H36M17.index(f"{side}_{part}")] = moved * joints.new_tensor([1.0, sign, 1.0])
     return joints + torch.einsum("btij,bkj->btki", axes, std * offsets)

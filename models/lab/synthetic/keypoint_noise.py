@@ -147,8 +147,7 @@ def detect(
         """(B, 1, 1) a constant of the window's detector."""
         return torch.where(good, *(pixels.new_tensor(getattr(of, name)) for of in (GOOD, noise)))
 
-    far_joints = torch.zeros(joints, dtype=torch.bool, device=draw.device)
-    far_joints[H36M17.indices(FAR_JOINTS)] = True
+    far_joints = torch.tensor([joint in FAR_JOINTS for joint in H36M17.joints], device=draw.device)
     factor = torch.where(far_joints, level("far_joints"), 1.0)
     spread = (quality * torch.where(hidden, noise.hidden, 1.0) * factor)[..., None]
     error = spread * draw.ar1(noise.correlation ** (30 / fps), *pixels.shape) * level("std")[..., None]
@@ -210,24 +209,18 @@ def _truncated(keypoints: Tensor, draw: Draw, share: float) -> Tensor:
     """(B, T, 17) True beyond a border that cuts off up to half of the body's extent over the window: below for most,
     else at the left or right; above never, for no lifter can do without the trunk."""
     count = len(keypoints)
-    low, high = keypoints.amin(dim=(1, 2)), keypoints.amax(dim=(1, 2))
-    cut = draw.uniform((0.0, 0.5), count)
-    kind = draw.uniform((0.0, 1.0), count)
-    below = keypoints[..., 1] > (high[:, 1] - cut * (high[:, 1] - low[:, 1]))[:, None, None]
-    left = keypoints[..., 0] < (low[:, 0] + cut * (high[:, 0] - low[:, 0]))[:, None, None]
-    right = keypoints[..., 0] > (high[:, 0] - cut * (high[:, 0] - low[:, 0]))[:, None, None]
-    beyond = torch.where(
-        (kind < 0.7)[:, None, None], below, torch.where((kind < 0.85)[:, None, None], left, right)
-    )
-    return beyond & draw.share(share, count)[:, None, None]
+    low, high = keypoints.amin(dim=(1, 2), keepdim=True), keypoints.amax(dim=(1, 2), keepdim=True)
+    off = draw.uniform((0.0, 0.5), count, 1, 1, 1) * (high - low)
+    kind = draw.uniform((0.0, 1.0), count, 1, 1)
+    (left, _), (right, below) = (part.unbind(-1) for part in (keypoints < low + off, keypoints > high - off))
+    beyond = torch.where(kind < 0.7, below, torch.where(kind < 0.85, left, right))
+    return beyond & draw.share(share, count, 1, 1)
 
 
 def _occluded(draw: Draw, share: float, count: int, frames: int, fps: float) -> Tensor:
     """(B, T, 17) True for a part of the body in runs of about two seconds."""
-    rows = torch.zeros(len(_GROUPS), len(H36M17), dtype=torch.bool, device=draw.device)
-    for i, group in enumerate(_GROUPS):
-        rows[i, H36M17.indices(group)] = True
+    parts = torch.tensor([[joint in of for joint in H36M17.joints] for of in _GROUPS], device=draw.device)
     start = torch.full((count, frames), 0.5 / fps, device=draw.device)
     start[:, 0] = 0.5
     when = draw.runs(start, 2.0 * fps) & draw.share(share, count, 1)
-    return when[..., None] & rows[draw.integers(len(_GROUPS), count)][:, None]
+    return when[..., None] & parts[draw.integers(len(_GROUPS), count)][:, None]

@@ -16,7 +16,7 @@ from torch import Tensor
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import across, length, picked, rotate, transpose, unit
 from ..common.config import Share
-from .bodies import BodyRange, combine, vary, vector
+from .bodies import BodyRange, body_frame, combine, vary, vector
 from .draw import Draw
 
 _LIMBS = {
@@ -52,8 +52,8 @@ class PoseRange:
 def _trunk_frames(joints: Tensor) -> dict[str, Tensor]:
     """{"leg", "arm": R_world_from_trunk (..., 3, 3)}: columns front, left, up of the end that such a limb hangs on."""
     return {
-        "leg": _frame(joints, ("r_hip", "l_hip"), ("pelvis", "spine")),
-        "arm": _frame(joints, ("r_shoulder", "l_shoulder"), ("spine", "thorax")),
+        "leg": body_frame(vector(joints, "r_hip", "l_hip"), vector(joints, "pelvis", "spine")),
+        "arm": body_frame(vector(joints, "r_shoulder", "l_shoulder"), vector(joints, "spine", "thorax")),
     }
 
 
@@ -119,16 +119,14 @@ def _moving(draw: Draw, between_deg: tuple[float, float], count: int, frames: in
     swing = draw.uniform((0.0, 0.25), count, 1) * (high - low)
     phase = draw.uniform((0.0, 6.2832), count, 1)
     turns = draw.log_uniform((0.1, 1.5), count, 1) * torch.arange(frames, device=draw.device) / fps
-    return (
-        (draw.uniform(between_deg, count, 1) + swing * (6.2832 * turns + phase).sin())
-        .clamp(low, high)
-        .deg2rad()
-    )
+    rest = draw.uniform(between_deg, count, 1)
+    return (rest + swing * (6.2832 * turns + phase).sin()).clamp(low, high).deg2rad()
 
 
-def _swung(
-    joints: Tensor, draw: Draw, share: float, parts: Iterable[tuple[str, Sequence[str], float]]
-) -> Tensor:
+_Swings = Iterable[tuple[str, Sequence[str], float]]
+
+
+def _swung(joints: Tensor, draw: Draw, share: float, parts: _Swings) -> Tensor:
     out, use = joints.clone(), draw.share(share, len(joints))[:, None, None]
     for about, moved, std_deg in parts:
         R = from_vector((std_deg * draw.normal(len(joints), 1, 3, most=2) * use).deg2rad())
@@ -141,9 +139,7 @@ def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
     count, frames = joints.shape[:2]
     axis = unit(draw.normal(count, 3))
     turned, leaning = draw.share(poses.turned, count), draw.share(poses.leaning, count)
-    level = axis.clone()
-    level[:, 2] = 0.0
-    axis = torch.where(turned[:, None], axis, unit(level))
+    axis = torch.where(turned[:, None], axis, unit(axis * axis.new_tensor([1.0, 1.0, 0.0])))
     angle = torch.where(turned, 57.0 * draw.normal(count), 12.0 * draw.normal(count) * leaning)
     rate = 40.0 * draw.normal(count) * (turned & draw.share(0.4, count))  # degrees a second
     laid = draw.share(poses.laid, count) & ~turned
@@ -152,12 +148,6 @@ def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
     vector = axis[:, None] * (angle[:, None] + rate[:, None] * times).deg2rad()[..., None]
     pelvis = joints[..., [H36M17.index("pelvis")], :]
     return pelvis + rotate(from_vector(vector), joints - pelvis)
-
-
-def _frame(joints: Tensor, leftward: tuple[str, str], upward: tuple[str, str]) -> Tensor:
-    left = unit(vector(joints, *leftward))
-    up = across(vector(joints, *upward), left)
-    return torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)
 
 
 def from_vector(v: Tensor) -> Tensor:

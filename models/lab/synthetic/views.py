@@ -26,16 +26,15 @@ CAMERA_FROM_SOURCE = CAMERA.basis @ PC_CAMERA.basis.T  # the paper's axes: x awa
 
 def paper_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Roll, pitch, yaw (count,) in degrees of the published mixture."""
-    kind = rng.choice(3, size=count, p=(0.75, 0.15, 0.10))
+    kind = rng.choice(3, size=count, p=(0.75, 0.15, 0.10))  # front, profile, back
     normal = rng.standard_normal((3, count))
     side = rng.choice((-90.0, 90.0), size=count)
     yaw = np.choose(kind, [rng.uniform(-70, 70, count), side + 10 * normal[0], 180 + 20 * normal[0]])
-    # The back views' pitch and roll are not given there; they are drawn like the front's.
-    pitch = np.choose(
-        kind, [_clamp(12 * normal[1], 20), _clamp(8 * normal[1], 15), _clamp(12 * normal[1], 20)]
-    )
-    roll = np.choose(kind, [_clamp(4 * normal[2], 8), _clamp(3 * normal[2], 6), _clamp(4 * normal[2], 8)])
-    return roll, pitch, yaw
+    # Of each kind the standard deviation of pitch, its limit, and roll's; the back views' are not given there, and are
+    # those of the front.
+    std, most, roll_std, roll_most = np.array([[12, 20, 4, 8], [8, 15, 3, 6], [12, 20, 4, 8]])[kind].T
+    pitch = np.clip(std * normal[1], -most, most)
+    return np.clip(roll_std * normal[2], -roll_most, roll_most), pitch, yaw
 
 
 def wide_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -46,10 +45,8 @@ def wide_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.nd
 def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
     """R_camera_from_body (count, 3, 3) of random views: "paper" = Rz(yaw) Ry(pitch) Rx(roll) and "wide" = Rx(roll)
     Ry(pitch) Rz(yaw), in the paper's axes."""
-    if view == "paper":
-        R = Rotation.from_euler("xyz", np.stack(paper_angles(rng, count), axis=-1), degrees=True)
-    else:
-        R = Rotation.from_euler("XYZ", np.stack(wide_angles(rng, count), axis=-1), degrees=True)
+    order, angles = ("xyz", paper_angles) if view == "paper" else ("XYZ", wide_angles)
+    R = Rotation.from_euler(order, np.stack(angles(rng, count), axis=-1), degrees=True)
     return CAMERA_FROM_SOURCE @ R.as_matrix()
 
 
@@ -78,27 +75,18 @@ class Lifted(NamedTuple):
 def read_lifted(paths: Iterable[Path]) -> Lifted:
     """The frames of `pcnet3d lab testbed` files that were lifted and have a truth. InputError for anything else."""
     parts, clips = [], []
+    floats = {
+        "lifted": (("frames", 17, 3), "f"),
+        "truth": (("frames", 17, 3), "f"),
+        "R_camera_from_body": (("frames", 3, 3), "f"),
+    }
+    others = {"lying": (("frames",), "fiub"), "clip": (("clips",), "U")}
     for path in paths:
-        held = read_rows(
-            path,
-            "takes as `pcnet3d lab testbed` writes them",
-            "take_start",
-            lifted=(("frames", 17, 3), "f"),
-            truth=(("frames", 17, 3), "f"),
-            R_camera_from_body=(("frames", 3, 3), "f"),
-            lying=(("frames",), "fiub"),
-            clip=(("clips",), "U"),
-        )
-        lifted, truth, R = (
-            held[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")
-        )
+        held = read_rows(path, "takes as `pcnet3d lab testbed` writes them", "take_start", **floats, **others)
+        lifted, truth, R = (held[name].astype(np.float32) for name in floats)
         scale = (lifted * truth).sum((-2, -1)) / np.maximum((truth * truth).sum((-2, -1)), 1e-9)
         fine = is_finite(lifted).all(-1) & is_finite(R).all(-1)
         frames = lifted, truth * scale[:, None, None], R, held["lying"].astype(bool)
         parts.append([array[fine] for array in frames])
         clips += map(str, held["clip"])
     return Lifted(*map(np.concatenate, zip(*parts, strict=True)), clips=tuple(clips))
-
-
-def _clamp(values: np.ndarray, most: float) -> np.ndarray:
-    return np.clip(values, -most, most)

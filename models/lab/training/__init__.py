@@ -1,5 +1,1 @@
 """Training of the built-in networks, a script each."""
-
-from typing import Literal
-
-Device = Literal["auto", "cpu", "cuda"]

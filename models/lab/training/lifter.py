@@ -36,8 +36,7 @@ from ..synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ..synthetic.draw import Draw
 from ..synthetic.keypoint_noise import Spoilt, detect
 from ..synthetic.poses import MotionRange, varied
-from . import Device
-from .loop import Training, device_of, fingerprint, fit, write_onnx
+from .loop import Device, Training, device_of, fingerprint, fit, write_onnx
 
 _PELVIS = H36M17.index("pelvis")
 _JOINTS = len(H36M17)
@@ -55,7 +54,6 @@ _SOFT_M = 0.03  # of depth: keeps the slope finite where a bone is seen at its f
 # The distance of a standard body in metres times its size in the image (rays' root mean square): where training
 # begins, the mean over training windows. Two deviations are 0.3 and 0.45.
 _DISTANCE = 0.37
-
 
 # What is built.
 WIDTH = 48  # channels of a joint's token
@@ -150,10 +148,8 @@ class LifterNet(nn.Module):
         # Bones by their child joint: the pelvis, which is no bone's, comes first in the tree and gets zeros.
         bones = torch.stack([shown, depth], dim=-1) * there[..., None]
         by_joint = torch.cat([torch.zeros_like(bones[..., :1, :]), bones], dim=-2)[..., _BONE_OF, :]
-        trust = features[..., 2 * _JOINTS : 3 * _JOINTS]
-        own = torch.cat(
-            [_image(features), torch.stack([trust, _present(features)], dim=-1), 3 * by_joint], dim=-1
-        )
+        trusted = torch.stack([features[..., 2 * _JOINTS : 3 * _JOINTS], _present(features)], dim=-1)
+        own = torch.cat([_image(features), trusted, 3 * by_joint], dim=-1)
         frame = self.enter_frame(features[..., 4 * _JOINTS :])[..., None, :]
         return torch.cat([self.enter(own), frame], dim=-2) + self.which.weight
 
@@ -242,19 +238,17 @@ class Windows:
         """clips: at FPS. InputError where nobody lies and the material wants it."""
         self.device, self.material = torch.device(device), material
         self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
-        lengths = torch.tensor([len(clip) for clip in clips], dtype=torch.float32)
-        self.lengths = lengths.to(self.device)
-        self.starts = (lengths.cumsum(0) - lengths).to(self.device)
+        lengths = torch.tensor([float(len(clip)) for clip in clips])
         lies = torch.tensor([float(lying(clip.joints).sum()) for clip in clips])
         if material.lying and not lies.any():
             raise InputError(
                 "nothing-usable",
                 "Expected clips in which somebody lies, for the material wants them; leave `lying` out.",
             )
-        self.share = (
-            1 - material.lying
-        ) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
-        self.share = self.share.to(self.device)
+        share = (1 - material.lying) * lengths / lengths.sum()
+        share += material.lying * lies / lies.sum().clamp_min(1)
+        starts = lengths.cumsum(0) - lengths
+        self.lengths, self.starts, self.share = (of.to(self.device) for of in (lengths, starts, share))
         self.people = proportions(clips).to(self.device)
 
     @torch.no_grad()
@@ -268,9 +262,7 @@ class Windows:
         views = TYPICAL, ViewRange(pans=material.pans)
         cameras = place_among(world, draw, *views, material.typical, material.placed)
         joints = cameras.to_camera(world)
-        shown = joints
-        if material.redefined:
-            shown = redefined(joints, draw, material.redefined)
+        shown = redefined(joints, draw, material.redefined)
         keypoints, confidence = detect(cameras.project(shown), shown, draw, fps, spoilt=material)
         focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
         up = self._told_up(draw, cameras.R_camera_from_world[..., 2])
@@ -323,7 +315,7 @@ def target(joints_camera: Tensor, up: Tensor) -> tuple[Tensor, Tensor]:
     """(B, T, 17, 3) what the network should answer for exact joints with the origin at the camera, told up as in
     `features`, and (B, T, 17, 3) their velocities a frame, of the joints relative to the pelvis, in the same axes and
     scale: central differences, one-sided at the ends; zero for a single frame."""
-    relative = joints_camera - joints_camera[..., [H36M17.index("pelvis")], :]
+    relative = joints_camera - joints_camera[..., [_PELVIS], :]
     relative = relative * (STANDARD_SIZE_M / size_m(relative))[:, None, None, None]
     alone = relative.shape[1] == 1
     velocity = torch.zeros_like(relative) if alone else torch.gradient(relative, dim=1)[0]
@@ -332,8 +324,6 @@ def target(joints_camera: Tensor, up: Tensor) -> tuple[Tensor, Tensor]:
 
 
 _SEED = 1
-
-
 CONDITIONS = {  # before what cameras, and whether up is told
     "wild": (WILD, False),
     "typical": (TYPICAL, False),
@@ -362,10 +352,7 @@ def whole_takes(clips: Sequence[Clip]) -> dict[str, list[Take]]:
             f"Expected a clip to validate on of {MIN_FRAMES} frames or more in which somebody is upright, but there is "
             "none; add one to the split's val.",
         )
-    return {
-        name: [_take(clip, views, up_known) for clip in judged]
-        for name, (views, up_known) in CONDITIONS.items()
-    }
+    return {name: [_take(clip, *how) for clip in judged] for name, how in CONDITIONS.items()}
 
 
 def _take(clip: Clip, views: ViewRange, up_known: bool) -> Take:
@@ -373,9 +360,8 @@ def _take(clip: Clip, views: ViewRange, up_known: bool) -> Take:
     size = np.asarray(seen.image_size, dtype=float)
     focal = np.asarray(ASSUMED_FOCAL * size.max())
     up = np.tile(seen.up, (len(clip), 1)) if up_known else None
-    x, R_camera_from_ray = features(
-        seen.keypoints.joints.astype(float), seen.keypoints.confidence, size, focal, up
-    )
+    pixels = seen.keypoints.joints.astype(float)
+    x, R_camera_from_ray = features(pixels, seen.keypoints.confidence, size, focal, up)
     truth = rotate(transpose(R_camera_from_ray), seen.truth) * (STANDARD_SIZE_M / size_m(seen.truth))
     there = x[:, 3 * 17 : 4 * 17].any(axis=-1)
     return Take(clip.subject, torch.from_numpy(x)[None], truth, ~seen.lying & there)
@@ -387,7 +373,7 @@ def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.dev
     frames of a take, over a person's takes, over people; and the mean of all conditions as the "score"."""
 
     def error_mm(take: Take) -> np.ndarray:
-        joints = net(take.x.to(device))[0][0].float().cpu().numpy().astype(np.float64)[take.upright]
+        joints = net(take.x.to(device))[0][0].double().cpu().numpy()[take.upright]
         truth = take.joints[take.upright]
         return np.array([1000 * joint_error(scaled(joints, truth), truth).mean()])
 
@@ -411,7 +397,6 @@ def export(net: LifterNet, path: Path) -> None:
 MOTION = 0.4  # error of the joints' motion from frame to frame, metres
 VELOCITY = 0.5  # of the stated velocities, metres a frame
 DEVIATION = 0.005  # negative log-likelihood of the stated deviations, which teaches them and nothing else
-
 
 Weight = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -22,23 +22,16 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 import torch
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    NonNegativeFloat,
-    NonNegativeInt,
-    PositiveFloat,
-    PositiveInt,
-)
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError, needed_for, readable
 from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.running.progress import counted
+from ..common.config import Size
 from ..mocap.clips import Clip
-from . import Device
 
+Device = Literal["auto", "cpu", "cuda"]
 CHECKPOINT = "checkpoint.pt"
 SAVED_EVERY_S = 60.0  # so much is lost at most when a run is killed
 Net = TypeVar("Net", bound=nn.Module)
@@ -56,7 +49,7 @@ class Schedule(BaseModel):
     cooldown: float = Field(gt=0, le=1)
     decline: Literal["linear", "cosine"] = "linear"
     optimiser: Literal["muon", "adamw"] = "muon"  # Muon for matrices and AdamW for the rest, or AdamW for all
-    weight_decay: NonNegativeFloat  # of matrices
+    weight_decay: Size  # of matrices
     # Decay of the weights' moving average, which is what is judged and kept.
     average: float = Field(ge=0, lt=1)
     every: PositiveInt = 250  # steps between looks at the validation
@@ -85,7 +78,7 @@ def fit(
     config: Training,
     learns_from: str,
     loss_of: Callable[[int], Tensor],
-    look: Callable[[nn.Module], dict[str, float]],
+    look: Callable[[Net], dict[str, float]],
     output: Path,
 ) -> Net:
     """The loop: all steps of the config that the output folder's checkpoint has not made yet. The network with the
@@ -194,17 +187,11 @@ def optimisers_of(
         {"params": [p for p in others if p.ndim == 2], "weight_decay": schedule.weight_decay},
         {"params": [p for p in others if p.ndim != 2], "weight_decay": 0.0},
     ]
-    adamw = torch.optim.AdamW(groups, lr=schedule.rate, betas=(0.9, 0.98))
+    adamw = torch.optim.AdamW(groups, betas=(0.9, 0.98))
     if not matrices:
         return [adamw]
-    muon = torch.optim.Muon(
-        matrices,
-        lr=schedule.rate,
-        weight_decay=schedule.weight_decay,
-        adjust_lr_fn="match_rms_adamw",
-        ns_steps=5,
-    )
-    return [muon, adamw]
+    decay = schedule.weight_decay
+    return [torch.optim.Muon(matrices, weight_decay=decay, adjust_lr_fn="match_rms_adamw"), adamw]
 
 
 def fingerprint(clips: Mapping[str, Sequence[Clip]], *more: np.ndarray) -> str:

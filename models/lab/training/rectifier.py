@@ -36,19 +36,11 @@ from ...common.vectors import rotate
 from ...shipped import PCNET
 from ..common.config import Share, Size
 from ..mocap.clips import Clip, lying, read_clips, subject_of
-from ..synthetic.bodies import BodyRange, proportions, redefined
+from ..synthetic.bodies import BodyRange, mirror, proportions, redefined
 from ..synthetic.draw import Draw
-from ..synthetic.poses import MotionRange, from_vector, varied
-from ..synthetic.views import (
-    Lifted,
-    Targets,
-    View,
-    read_lifted,
-    seen,
-    views,
-)
-from . import Device
-from .loop import Training, device_of, fingerprint, fit, reading, write_onnx
+from ..synthetic.poses import MotionRange, PoseRange, from_vector, varied
+from ..synthetic.views import Lifted, Targets, View, read_lifted, seen, views
+from .loop import Device, Training, device_of, fingerprint, fit, reading, write_onnx
 
 JOINTS = len(H36M17)
 _PELVIS = H36M17.index("pelvis")
@@ -56,8 +48,8 @@ _BONES = [H36M17.indices(bone) for bone in H36M17.bones]
 _SCALE_BONES = [H36M17.indices(bone) for bone in SEGMENTS]
 _SPREAD = 4.0  # joints over stature lie within about 0.5; the layers want numbers near 1
 _TYPICAL_DEG = 6.0  # where the expected error starts
-
-
+# What R_camera_from_body of a body is times that of its mirror image in the camera's x = 0.
+_MIRRORED_R = [[-1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [1.0, -1.0, 1.0]]
 GRAPH_LAYERS, ATTENTION_LAYERS, HEADS = 3, 2, 8  # the paper's
 
 
@@ -280,11 +272,10 @@ def torso_axes(joints: Tensor, valid: Tensor) -> Tensor:
     def there(*names: str) -> Tensor:
         return valid[:, H36M17.indices(names)].prod(-1, keepdim=True)
 
+    both = there("l_shoulder", "r_shoulder")
     hips = functional.normalize(at("l_hip") - at("r_hip"), dim=-1) * there("l_hip", "r_hip")
-    shoulders = functional.normalize(at("l_shoulder") - at("r_shoulder"), dim=-1)
-    shoulders = shoulders * there("l_shoulder", "r_shoulder")
-    middle = functional.normalize(at("l_shoulder") + at("r_shoulder"), dim=-1)
-    middle = middle * there("l_shoulder", "r_shoulder")
+    shoulders = functional.normalize(at("l_shoulder") - at("r_shoulder"), dim=-1) * both
+    middle = functional.normalize(at("l_shoulder") + at("r_shoulder"), dim=-1) * both
     trunk = middle + functional.normalize(at("thorax"), dim=-1) * there("thorax")
     left = functional.normalize(hips + shoulders + 1e-6 * joints.new_tensor([1.0, 0, 0]), dim=-1)
     trunk = trunk + 1e-6 * joints.new_tensor([0.0, -1, 0])
@@ -335,6 +326,28 @@ class Frames(NamedTuple):
         return rotate(self.R.mT, self.truth)
 
 
+class Pool:
+    """Frames to draw from, as tensors with a row for each."""
+
+    def __init__(self, what: str, lies: np.ndarray, mixture: Mixture, *tensors: Tensor) -> None:
+        """lies: (N,) which of the frames show people who lie. InputError when the mixture wants some, but none do."""
+        if mixture.lying and not lies.any():
+            raise InputError(
+                "nothing-usable",
+                f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out.",
+            )
+        self.tensors, self.share = tensors, mixture.lying
+        self.lying = torch.from_numpy(np.flatnonzero(lies)).to(tensors[0].device)
+
+    def drawn(self, draw: Draw, count: int) -> list[Tensor]:
+        """(count, ...) of each tensor at random, the mixture's share of them of people who lie."""
+        rows = draw.integers(len(self.tensors[0]), count)
+        if self.share:
+            lies = draw.share(self.share, count)
+            rows = torch.where(lies, self.lying[draw.integers(len(self.lying), count)], rows)
+        return [tensor[rows] for tensor in self.tensors]
+
+
 class TrainingFrames:
     """Random frames of clips and of lifted takes; the same draw gives the same batch."""
 
@@ -355,15 +368,14 @@ class TrainingFrames:
         self.device, self.mixture = torch.device(device), mixture
         self.targets: Targets = targets
         joints = np.concatenate([clip.joints for clip in clips])
-        self.joints = torch.from_numpy(joints).to(self.device)
-        self.lying = self._rows(lying(joints), "clips")
+        self.captured = Pool("clips", lying(joints), mixture, torch.from_numpy(joints).to(self.device))
         self.people = proportions(clips).to(self.device)
         # A body mirrored in x = 0 faces the other way, which only its own heading follows.
         mirrored = 0.5 if targets == "body" else 0.0
         self.bodies = BodyRange(unchanged=mixture.unchanged, mirrored=mirrored)
-        arrays = () if lifted is None else (lifted.joints, lifted.truth, lifted.R)
-        self.lifted = tuple(torch.from_numpy(array).to(self.device) for array in arrays)
-        self.lifted_lying = self._rows(lifted.lying, "lifted takes") if lifted else self.lying
+        if lifted is not None:
+            arrays = (torch.from_numpy(of).to(self.device) for of in (lifted.joints, lifted.truth, lifted.R))
+            self.lifted = Pool("lifted takes", lifted.lying, mixture, *arrays)
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int) -> Frames:
@@ -377,50 +389,24 @@ class TrainingFrames:
         return Frames(joints * valid[..., None], valid, truth, R)
 
     def _captured(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
+        def captured(number: int) -> Tensor:
+            return self.captured.drawn(draw, number)[0][:, None]
+
         mixture = self.mixture
-        captured = partial(self._motion, draw)
         world = varied(captured, count, draw, mixture, self.bodies, self.people, _FPS)
-        if mixture.redefined:
-            world = redefined(world, draw, mixture.redefined)
+        world = redefined(world, draw, mixture.redefined)
         wide = (draw.rng.uniform(size=count) < mixture.wide)[:, None, None]
         turns = np.where(wide, views("wide", draw.rng, count), views("paper", draw.rng, count))
         shown, fine = seen(world[:, 0].cpu().numpy(), turns, self.targets)
         truth, R = (torch.from_numpy(x[fine]).float().to(self.device) for x in (shown, turns))
-        joints = flipped(truth, draw, mixture.flipped) if mixture.flipped else truth
-        if mixture.noisy:
-            joints = noisy(joints, draw, mixture.noisy)
-        return joints, truth, R
-
-    def _rows(self, lies: np.ndarray, what: str) -> Tensor:
-        if self.mixture.lying and not lies.any():
-            raise InputError(
-                "nothing-usable",
-                f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out.",
-            )
-        return torch.from_numpy(np.flatnonzero(lies)).to(self.device)
-
-    def _motion(self, draw: Draw, count: int) -> Tensor:
-        """(count, 1, 17, 3) captured frames, drawn at random."""
-        return self.joints[self._drawn(draw, len(self.joints), self.lying, count)][:, None]
-
-    def _drawn(self, draw: Draw, of: int, lying: Tensor, count: int) -> Tensor:
-        """(count,) rows at random, the mixture's share of them among those that lie."""
-        rows = draw.integers(of, count)
-        if not self.mixture.lying:
-            return rows
-        return torch.where(
-            draw.share(self.mixture.lying, count), lying[draw.integers(len(lying), count)], rows
-        )
+        return noisy(flipped(truth, draw, mixture.flipped), draw, mixture.noisy), truth, R
 
     def _lifted(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
         """Lifted frames, half of them mirrored left to right, before a camera that is rolled further."""
-        row = self._drawn(draw, len(self.lifted[0]), self.lifted_lying, count)
-        joints, truth, R = (part[row] for part in self.lifted)
-        across, body = R.new_tensor([-1.0, 1.0, 1.0]), R.new_tensor([1.0, -1.0, 1.0])
+        joints, truth, R = self.lifted.drawn(draw, count)
         mirrored = draw.share(0.5, count, 1, 1)
-        other_side = H36M17.mirror.tolist()
-        joints, truth = (torch.where(mirrored, x[:, other_side] * across, x) for x in (joints, truth))
-        R = torch.where(mirrored, R * across[:, None] * body, R)
+        joints, truth = (torch.where(mirrored, mirror(x), x) for x in (joints, truth))
+        R = torch.where(mirrored, R * R.new_tensor(_MIRRORED_R), R)
         angle = draw.uniform((-self.mixture.roll_deg, self.mixture.roll_deg), count, 1).deg2rad()
         roll = from_vector(angle * angle.new_tensor([0.0, 0.0, 1.0]))
         return rotate(roll, joints), rotate(roll, truth), roll @ R
@@ -461,9 +447,8 @@ def noisy(joints: Tensor, draw: Draw, share: float) -> Tensor:
 
 def present(draw: Draw, count: int, missing: float) -> Tensor:
     """(count, 17) False for about one to six joints of a share of the frames, never for the pelvis."""
-    gone = draw.share(draw.uniform((0.05, 0.35), count, 1), count, len(H36M17)) & draw.share(
-        missing, count, 1
-    )
+    share = draw.uniform((0.05, 0.35), count, 1)
+    gone = draw.share(share, count, JOINTS) & draw.share(missing, count, 1)
     gone[:, _PELVIS] = False
     return ~gone
 
@@ -526,9 +511,8 @@ def cycle(R: Tensor, canonical: Tensor, joints: Tensor) -> Tensor:
     return (rotate(R, canonical) - joints).square().sum(-1).mean()
 
 
-def perceptual(canonical: Tensor, truth: Tensor, valid: Tensor | None = None) -> Tensor:
+def perceptual(canonical: Tensor, truth: Tensor, valid: Tensor) -> Tensor:
     """Mean difference of bone lengths (metres) plus that of joint angles (radians): elbows, knees, hips, shoulders."""
-    valid = torch.ones_like(truth[..., 0]) if valid is None else valid
     bones, angles = (torch.tensor(rows, device=truth.device) for rows in (_BONES, _ANGLES))
     there = [valid[:, rows].prod(-1) for rows in (bones, angles)]
     lengths = (_lengths(canonical, bones) - _lengths(truth, bones)).abs() * there[0]
@@ -548,7 +532,7 @@ def regular(net: PCNet, answer: Answer) -> Tensor:
 
 def attention_likeness(attention: Tensor) -> Tensor:
     """Mean cosine between the maps of different heads; 0 when no two heads look at the same joints. (B, H, 17, 17)."""
-    maps = torch.nn.functional.normalize(attention.float().flatten(2), dim=-1)
+    maps = functional.normalize(attention.float().flatten(2), dim=-1)
     likeness = maps @ maps.mT
     heads = likeness.shape[-1]
     return (likeness.sum((-2, -1)) - heads).mean() / max(heads * (heads - 1), 1)
@@ -588,12 +572,10 @@ class Deployed(nn.Module):
             answer = self.net(joints, valid)
             return answer.R, answer.error_deg
         other_side = torch.from_numpy(H36M17.mirror).to(joints.device)
-        across, body = joints.new_tensor([-1.0, 1, 1]), joints.new_tensor([1.0, -1, 1])
-        both = self.net(
-            torch.cat([joints, joints[:, other_side] * across]), torch.cat([valid, valid[:, other_side]])
-        )
+        mirrored = joints[:, other_side] * joints.new_tensor([-1.0, 1, 1])
+        both = self.net(torch.cat([joints, mirrored]), torch.cat([valid, valid[:, other_side]]))
         R, mirrored_R = both.R.unflatten(0, (2, -1))
-        R = R + mirrored_R * across[:, None] * body
+        R = R + mirrored_R * R.new_tensor(_MIRRORED_R)
         error_deg, mirrored_deg = both.error_deg.unflatten(0, (2, -1))
         return gram_schmidt(torch.cat([R[..., 0], R[..., 1]], dim=-1)), (error_deg * mirrored_deg).sqrt()
 
@@ -638,7 +620,6 @@ def _by_parameter(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
 
 _VALIDATION_FRAMES = 2000
 _LYING_SHARE = 0.1  # of the score
-_VIEWS: tuple[View, ...] = ("paper", "wide")
 
 
 class TrainConfig(Training):
@@ -661,13 +642,10 @@ class TrainConfig(Training):
 
     @model_validator(mode="after")
     def _as_recorded(self) -> Self:
-        poses = self.mixture.poses
-        turned = self.lifted or self.lifted_val or poses.turned or poses.leaning or poses.laid
-        if self.targets == "axes" and turned:
+        if self.targets == "axes" and (self.lifted or self.lifted_val or self.mixture.poses != PoseRange()):
             raise InputError(
                 "option-conflict",
-                'expected bodies as they were recorded for targets = "axes"; leave lifted, lifted_val, turned, leaning '
-                "and laid out",
+                'expected bodies as they were recorded for targets = "axes"; leave lifted, lifted_val and poses out',
             )
         return self
 
@@ -688,13 +666,12 @@ def train(
         start_with(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start)
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
+    losses = partial(loss_of, net, frames, config)
 
-    def look(average: nn.Module) -> dict[str, float]:
-        assert isinstance(average, PCNet)
+    def look(average: PCNet) -> dict[str, float]:
         return check(Deployed(average, config.symmetric), checks)
 
-    best = fit(net, matrices, config, learns_from, partial(loss_of, net, frames, config), look, output)
-    deployed = Deployed(best, config.symmetric)
+    deployed = Deployed(fit(net, matrices, config, learns_from, losses, look, output), config.symmetric)
     calibrate(deployed, checks.get("lifted", checks["paper"]))
     print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
     export(deployed, output / f"{config.name}.onnx", targets=config.targets, name=config.name)
@@ -737,43 +714,42 @@ def prepare(
                     f"Expected lifted takes of {part} subjects alone, got some of {', '.join(strange)}.",
                 )
     frames = TrainingFrames(clips["train"], config.mixture, takes.get("train"), config.targets, device)
-    checks = validation(clips["val"], takes.get("val"), config.targets)
-    on = {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
+    checks = validation(clips["val"], takes.get("val"), config.targets, device)
     arrays = [array for lifted in takes.values() for array in (lifted.joints, lifted.R)]
-    return frames, on, fingerprint(clips, *arrays)
+    return frames, checks, fingerprint(clips, *arrays)
 
 
-def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:
+def validation(
+    clips: Sequence[Clip], lifted: Lifted | None, targets: Targets, device: torch.device | str = "cpu"
+) -> dict[str, Frames]:
     """The same frames of the val subjects for every run: upright ones as "paper", "wide" and, where given, "lifted";
     captured ones as "lying", where there are some."""
     rng = np.random.default_rng(1)
+
+    def some(rows: np.ndarray) -> np.ndarray:
+        return rng.permutation(rows)[:_VALIDATION_FRAMES]
+
+    def shown(world: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray]:
+        R = views(view, rng, len(world))
+        joints, fine = seen(world, R, targets)
+        return joints[fine], R[fine]
+
     world = np.concatenate([clip.joints for clip in clips])
     lies = lying(world)
-    upright = _some(rng, world[~lies])
-    checks = {view: _seen(rng, upright, view, targets) for view in _VIEWS}
+    upright = some(world[~lies])
+    held = {"paper": shown(upright, "paper"), "wide": shown(upright, "wide")}
     if lifted:
         for name, kind in (("lifted", ~lifted.lying), ("lifted_lying", lifted.lying)):
             if kind.any():
-                rows = _some(rng, np.flatnonzero(kind))
-                checks[name] = _whole(lifted.joints[rows], lifted.R[rows])
+                rows = some(np.flatnonzero(kind))
+                held[name] = lifted.joints[rows], lifted.R[rows]
     if lies.any():
-        checks["lying"] = _seen(rng, _some(rng, world[lies]), "paper", targets)
+        held["lying"] = shown(some(world[lies]), "paper")
+    checks = {}
+    for name, arrays in held.items():
+        joints, R = (torch.from_numpy(array.astype(np.float32)).to(device) for array in arrays)
+        checks[name] = Frames(joints, torch.ones_like(joints[..., 0]), joints, R)
     return checks
-
-
-def _seen(rng: np.random.Generator, world: np.ndarray, view: View, targets: Targets) -> Frames:
-    R = views(view, rng, len(world))
-    joints, fine = seen(world, R, targets)
-    return _whole(joints[fine], R[fine])
-
-
-def _some(rng: np.random.Generator, rows: np.ndarray) -> np.ndarray:
-    return rng.permutation(rows)[:_VALIDATION_FRAMES]
-
-
-def _whole(joints: np.ndarray, R: np.ndarray) -> Frames:
-    shown, R_camera_from_body = (torch.from_numpy(array.astype(np.float32)) for array in (joints, R))
-    return Frames(shown, torch.ones(shown.shape[:2]), shown, R_camera_from_body)
 
 
 def check(deployed: Deployed, checks: dict[str, Frames]) -> dict[str, float]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 
+from golden.trainings import tiny
 from pcnet3d.models.lab import mmfi as module
 from pcnet3d.models.lab.common.metrics import procrustes_error
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes
@@ -15,6 +16,7 @@ from pcnet3d.models.lab.mmfi import PROTOCOLS, read_tree
 from pcnet3d.models.lab.training import rectifier
 from pcnet3d.models.lab.training.rectifier import Deployed, NetConfig, PCNet
 from pcnet3d.pipeline import H36M17, InputError
+from refusals import refused
 
 PEOPLE = ("S01", "S02", "S03", "S05", "S31")
 
@@ -67,35 +69,26 @@ def test_a_tree_that_contradicts_is_refused(mmfi_tree, change, words):
         read_tree(mmfi_tree(["S01", "S02"], change=change))
 
 
-def test_what_mm_fi_does_not_have_is_refused(mmfi_tree):
-    tree = mmfi_tree(["S01"])
-    (tree / "E01").rename(tree / "E02")
-    with pytest.raises(InputError, match="MM-Fi has no E02/S01"):
-        read_tree(tree)
-
-
-def test_the_protocols_people(mmfi_tree):
+def test_the_protocols_people_and_others_are_refused(mmfi_tree):
     """Across subjects every fifth is tested, across environments the last ten."""
     assert PROTOCOLS["S2"] == {f"S{i:02d}" for i in range(5, 41, 5)}
     assert PROTOCOLS["S3"] == {f"S{i}" for i in range(31, 41)}
-    clips = read_tree(mmfi_tree(PEOPLE))
+    tree = mmfi_tree(PEOPLE)
     for name, test in (("S2", "S05"), ("S3", "S31")):
-        split = module.split_of(clips, PROTOCOLS[name])
+        split = module.split_of(read_tree(tree), PROTOCOLS[name])
         people = {part: {clip.subject for clip in of} for part, of in split.items()}
         assert people == {"train": set(PEOPLE) - {test, "S01"}, "val": {"S01"}, "test": {test}}
+    (tree / "E01").rename(tree / "E02")
+    with refused("name-unknown", "E02/S01"):
+        read_tree(tree)
 
 
 def test_the_table(mmfi_tree, tmp_path, capsys, monkeypatch):
     # Export takes seconds, and is the trainer's.
     monkeypatch.setattr(rectifier, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
     text = files("pcnet3d.models.lab.training").joinpath("mmfi.toml").read_text(encoding="utf-8")
-    for before, after in (
-        ("batch = 1024", "batch = 32"),
-        ("steps = 20000", "steps = 3"),
-        ("[net]", "[net]\nwidth = 16\noutput = 8\n#"),
-    ):
-        text = text.replace(before, after)
-    (tmp_path / "tiny.toml").write_text(text, encoding="utf-8")
+    small = ("batch = 1024", "batch = 32"), ("steps = 20000", "steps = 3"), ("[net]", "[net]\nwidth = 16\n#")
+    (tmp_path / "tiny.toml").write_text(tiny(*small, text=text), encoding="utf-8")
     tree, out = mmfi_tree(PEOPLE, ("A01", "A13", "A14")), tmp_path / "out"
     module.mmfi(tree, out, config=tmp_path / "tiny.toml", device="cpu", threads=1)
     said = capsys.readouterr().out
@@ -130,8 +123,8 @@ class Telling(PCNet):
         return answer._replace(R=R, canonical=torch.from_numpy(self.corrected[rows]).float())
 
 
-def test_what_a_residual_head_makes_better_or_worse_is_seen(clips):
-    """Joints moved by a few centimetres, as a lifter would: all taken away, kept, or made worse at a wrist."""
+def test_what_a_residual_head_makes_better_is_seen(clips):
+    """Joints moved by a few centimetres, as a lifter would: all taken away, or kept."""
     clean = clean_takes(clips["test"], "wide")[0]
     joints = clean.truth + np.random.default_rng(3).normal(0, 0.03, clean.truth.shape)
     joints -= joints[:, :1]
@@ -149,6 +142,3 @@ def test_what_a_residual_head_makes_better_or_worse_is_seen(clips):
     perfect = judged(take.truth)
     assert perfect["pa_mpjpe"].mean < 0.01
     assert perfect["turned only"].mean == pytest.approx(kept["mpjpe"].mean, abs=0.01)
-    worse = joints.copy()
-    worse[:, H36M17.index("l_wrist")] += 0.3
-    assert judged(worse)["pa_mpjpe"].mean > own_mm + 5

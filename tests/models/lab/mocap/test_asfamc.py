@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.acclaim import CMU, TWO, amc, asf
+from golden.acclaim import CMU, TWO, amc, asf, write_still
 from golden.skeleton import SKELETON, bent, bvh
 from pcnet3d.models.lab.mocap import asfamc
 from pcnet3d.models.lab.mocap.convert import read_folder
@@ -75,7 +75,8 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     assert np.abs(angles).max() > 5
 
 
-def test_the_subject_is_the_skeleton_and_a_motion_without_one_is_refused(acclaim):
+def test_the_subject_is_the_skeleton_and_a_motion_without_one_is_refused(tmp_path):
+    acclaim = write_still(tmp_path / "acclaim")
     (clip,) = read_folder(acclaim)
     assert (clip.subject, clip.name) == ("HDM-tr", "HDM-tr_kick_1")
     (acclaim / "HDM_bd.asf").write_text("")
@@ -96,7 +97,8 @@ def test_the_subject_is_the_skeleton_and_a_motion_without_one_is_refused(acclaim
         ("HDM_tr_kick_1.amc", lambda t: "", "frames"),
     ],
 )
-def test_a_damaged_file_is_refused(acclaim, file, change, words):
+def test_a_damaged_file_is_refused(tmp_path, file, change, words):
+    acclaim = write_still(tmp_path / "acclaim")
     (acclaim / file).write_text(change((acclaim / file).read_text()))
     with pytest.raises(InputError, match=words):
         asfamc.read(acclaim / "HDM_tr_kick_1.amc")

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from runpy import run_path
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 
 from commands import pcnet3d, refused, succeeded
+from golden.acclaim import write_still
 from pcnet3d.models.lab.mocap.clips import data_set, read_clips, read_mocap
 from pcnet3d.models.lab.mocap.data import SPLITS, of_accad, of_tennis, with_whole_forearms
 from pcnet3d.pipeline import H36M17
@@ -42,13 +42,13 @@ def test_the_sample_becomes_a_folder_by_which_a_row_of_the_readme_is_measured(tm
     refused(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path / "data"), "its digest is another one")
 
 
-def test_recordings_are_converted_with_whole_forearms(acclaim, tmp_path):
+def test_recordings_are_converted_with_whole_forearms(tmp_path):
     """Of CMU only those of people who are in a part."""
+    acclaim = write_still(tmp_path / "acclaim")
     for person in ("07", "150"):
-        folder = acclaim / person
-        folder.mkdir()
-        shutil.copy(acclaim / "HDM_tr.asf", folder / f"{person}.asf")
-        shutil.copy(acclaim / "HDM_tr_kick_1.amc", folder / f"{person}_01.amc")
+        folder = write_still(acclaim / person)
+        (folder / "HDM_tr.asf").rename(folder / f"{person}.asf")
+        (folder / "HDM_tr_kick_1.amc").rename(folder / f"{person}_01.amc")
     succeeded(pcnet3d("lab", "data", "--cmu", acclaim, "--hdm05", acclaim, "-o", tmp_path / "data"))
     (clip,) = read_mocap(tmp_path / "data" / "cmu_mocap.npz")
     assert (clip.name, clip.source) == ("07_01", "asfamc")

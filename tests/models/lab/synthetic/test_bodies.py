@@ -51,10 +51,11 @@ def test_longer_legs_keep_the_feet_on_the_floor(standing):
 def test_combined_motions_keep_the_legs_of_one_and_the_arms_of_the_other(joints, rng):
     def with_hips(joints, heading_deg):
         """Joints whose hip axis is level and points that way."""
-        out = joints.copy()
-        across = 0.1 * np.array([np.cos(np.radians(heading_deg)), np.sin(np.radians(heading_deg)), 0])
-        for name, sign in (("l_hip", 1), ("r_hip", -1)):
-            out[..., H36M17.index(name), :] = out[..., 0, :] + sign * across
+        out, angle = joints.copy(), np.radians(heading_deg)
+        for name, sign in (("l_hip", 0.1), ("r_hip", -0.1)):
+            out[..., H36M17.index(name), :] = out[..., 0, :] + sign * np.array(
+                [np.cos(angle), np.sin(angle), 0]
+            )
         return out
 
     def combined(lower, upper):

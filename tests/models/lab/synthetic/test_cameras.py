@@ -77,37 +77,20 @@ def test_a_pan_turns_the_camera_and_moves_nothing_else(windows, draw):
     assert (np.abs(R[:, -1] - R[:, 0]).max(axis=(1, 2)) > 0.01).mean() > 0.8
 
 
-def people(count, walks_m=0.0):
-    """(count, 9, 17, 3) somebody upright, +Z up, who walks so far along x."""
+def test_people_are_placed_as_in_real_videos_and_a_share_is_before_typical_cameras(monkeypatch):
+    for spread in ("PLACE_SPREAD", "SIZE_SPREAD"):
+        monkeypatch.setattr(module, spread, 0.0)
     body = facing_camera()[:, [0, 2, 1]] * [1, 1, -1]
-    path = np.linspace(0, walks_m, 9)[:, None, None] * np.array([1.0, 0, 0])
-    return torch.from_numpy(np.tile(body + path, (count, 1, 1, 1)).astype(np.float32))
-
-
-def as_in(cameras, world, off):
-    """(B, rows) whether an image shows the person as a row does, up to so much of x and y, and of the size."""
+    world = torch.from_numpy(np.tile(body, (600, 9, 1, 1)).astype(np.float32))
+    cameras = place(world, Draw(2, 0), placed=1.0)
     size = cameras.image_size[:, None, None]
     pixels = cameras.project(cameras.to_camera(world))[:, :, H36M17.indices(LIMBS)]
     spot, large = module.place_and_size((pixels - size / 2) / size.amax(-1, keepdim=True))
     aspect = cameras.image_size[:, 0] / cameras.image_size[:, 1]
     shown = torch.stack([spot[:, 0].abs(), spot[:, 1], large.log(), aspect], dim=-1).numpy()
-    return (np.abs(shown[:, None] - ROWS) < [off[0], off[0], off[1], 1e-3]).all(-1)
-
-
-def test_a_share_is_placed_as_in_real_videos_and_a_share_is_before_typical_cameras(monkeypatch):
-    """Those that are placed do not pan."""
-    for spread in ("PLACE_SPREAD", "SIZE_SPREAD"):
-        monkeypatch.setattr(module, spread, 0.0)
-    world = people(600)
-    fits = as_in(place(world, Draw(2, 0), placed=1.0), world, (0.001, 0.01))
+    fits = (np.abs(shown[:, None] - ROWS) < [0.001, 0.001, 0.01, 0.001]).all(-1)
     assert fits.any(1).mean() > 0.95  # the others do not fit into the image there
     assert fits.any(0).all()  # every row is drawn
-    world = people(500, 0.5)
-    cameras = module.place_among(world, Draw(2, 0), ViewRange(pans=1.0), ViewRange(pans=1.0), 0.5, 0.4)
-    turns = (cameras.R_camera_from_world[:, -1] - cameras.R_camera_from_world[:, 0]).abs().amax((1, 2)) > 1e-6
-    assert float(turns.float().mean()) == pytest.approx(0.6, abs=0.06)
-    matches = as_in(cameras, world, (0.02, 0.1)).any(1)
-    assert matches[~turns.numpy()].mean() > 0.9 > 0.3 > matches[turns.numpy()].mean()
     level = ViewRange(pitch_deg=(0, 0), roll_deg=(0, 0))
     both = module.place_among(world, Draw(2, 0), level, WILD, 0.7, 0.0).R_camera_from_world[:, 0, 2, 2]
     assert float((both.abs() < 1e-4).float().mean()) == pytest.approx(0.7, abs=0.06)

@@ -16,9 +16,8 @@ from golden.trainings import tiny
 from pcnet3d.models.common import vectors
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
-from pcnet3d.models.lab.synthetic.bodies import BodyRange
 from pcnet3d.models.lab.synthetic.draw import Draw
-from pcnet3d.models.lab.synthetic.poses import MotionRange, PoseRange, varied
+from pcnet3d.models.lab.synthetic.poses import PoseRange
 from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import rectifier as module
@@ -26,7 +25,7 @@ from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
 from pcnet3d.models.rectifier.load import PCNetRectifier
 from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, transpose
 from pcnet3d.pipeline.running.recipe import load_toml
 from refusals import refused
 
@@ -44,20 +43,18 @@ def poses(facing_camera):
 def build(config):
     """With weights large enough that the answer depends on the input."""
     torch.manual_seed(0)
-    net = PCNet(config).eval()
+    net = PCNet(config).eval().requires_grad_(False)
     torch.nn.init.normal_(net.rotation.weight, std=0.5)
     return net
 
 
-@torch.no_grad()
-def answer(net, poses, valid=None):
-    return net(poses, torch.ones(poses.shape[:2]) if valid is None else valid)
+each_config = pytest.mark.parametrize("config", EVERY, ids=lambda c: c.residual)
 
 
-@pytest.mark.parametrize("config", EVERY, ids=lambda c: c.residual)
+@each_config
 def test_the_answer_is_a_rotation_whatever_the_unit_and_a_missing_joint_holds(config, poses):
-    net = build(config)
-    result = answer(net, poses)
+    net, valid = build(config), torch.ones(poses.shape[:2])
+    result = net(poses, valid)
     R = result.R.numpy().astype(np.float64)
     np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.broadcast_to(np.eye(3), R.shape), atol=1e-5)
     np.testing.assert_allclose(np.linalg.det(R), 1, atol=1e-5)
@@ -65,14 +62,13 @@ def test_the_answer_is_a_rotation_whatever_the_unit_and_a_missing_joint_holds(co
     # An untrained residual head adds nothing: canonical is R^T x.
     np.testing.assert_allclose(result.canonical, rotate(transpose(R), poses.numpy()), atol=1e-5)
     for scale in (1000.0, 1e-2):
-        other = answer(net, scale * poses + 3 * scale)
+        other = net(scale * poses + 3 * scale, valid)
         assert geodesic_deg(R, other.R.numpy()).max() < 0.05
         np.testing.assert_allclose(result.error_deg, other.error_deg, rtol=1e-3)
         np.testing.assert_allclose(result.canonical * scale, other.canonical, atol=2e-3 * scale)
-    valid = torch.ones(20, 17)
     valid[:, H36M17.indices(("l_wrist", "r_hip", "thorax"))] = 0
-    without = answer(net, poses, valid).R
-    assert torch.equal(without, answer(net, torch.where(valid[..., None] > 0, poses, 7.0), valid).R)
+    without = net(poses, valid).R
+    assert torch.equal(without, net(torch.where(valid[..., None] > 0, poses, 7.0), valid).R)
     assert not torch.allclose(without, result.R, atol=1e-5)
 
 
@@ -108,22 +104,21 @@ def test_geodesic_is_the_angle_and_has_a_gradient(degrees):
 
 def test_losses_have_known_values(facing_camera):
     """A turn costs pose, but neither bones nor angles nor the cycle: why a network without residual does without."""
-    pose = torch.tensor(facing_camera)[None]
+    pose, valid = torch.tensor(facing_camera)[None], torch.ones(1, 17)
     R = torch.tensor(Rotation.random(1, rng=np.random.default_rng(0)).as_matrix())
     wrong = turned(R, 30)
     canonical, off = vectors.rotate(R.mT, pose), vectors.rotate(wrong.mT, pose)
     assert module.pose(off, canonical) > 1e-3
     assert module.cycle(wrong, off, pose).item() == pytest.approx(0, abs=1e-12)
-    assert module.perceptual(off, canonical).item() == pytest.approx(0, abs=1e-5)
+    assert module.perceptual(off, canonical, valid).item() == pytest.approx(0, abs=1e-5)
     moved = pose.clone()
     moved[0, H36M17.index("l_wrist"), 0] += 0.17
     assert module.pose(moved, pose).item() == pytest.approx(0.17**2 / 17)
     assert module.cycle(torch.eye(3).double()[None], moved, pose).item() == pytest.approx(0.17**2 / 17)
     arm, valid = H36M17.indices(("r_shoulder", "r_elbow", "r_wrist")), torch.zeros(1, 17)
     straight, bent, stretched = torch.zeros(3, 1, 17, 3)
-    straight[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
-    bent[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]])
-    stretched[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2.5, 0, 0]])
+    for of, wrist in ((straight, (2, 0, 0)), (bent, (1, 1, 0)), (stretched, (2.5, 0, 0))):
+        of[0, arm] = torch.tensor([(0.0, 0, 0), (1, 0, 0), wrist])
     valid[0, arm] = 1
     # One of eight angles differs by a right angle; then one of 16 bones by half a metre.
     assert module.perceptual(straight, bent, valid).item() == pytest.approx(np.pi / 2 / 8, rel=1e-3)
@@ -149,6 +144,10 @@ def batch(clips, count=200, takes=None, **mixture):
     return frames
 
 
+def on_the_back(standing):
+    return standing[:, [2, 1, 0]] * np.float32([1, 1, -1])
+
+
 def lean_deg(frames):
     return trunk_lean_deg(rotate(transpose(frames.R), frames.truth))
 
@@ -162,56 +161,32 @@ def test_a_batch_is_the_same_for_the_same_step_and_the_truth_where_nothing_spoil
     np.testing.assert_array_equal(one.joints[one.valid == 0], 0)
     assert 0 < (one.valid == 0).mean() < 0.3
     assert (one.valid[:, 0] == 1).all()
-    plain = batch(people)
-    np.testing.assert_array_equal(plain.joints, plain.truth)
-    assert (plain.valid == 1).all()
     captured = np.concatenate([clip.joints for clip in people])
     both = bone_lengths(np.concatenate([captured, captured[:, H36M17.mirror]]))
-    # Each is one of the captured bodies, or its mirror image.
-    assert np.abs(bone_lengths(plain.truth)[:, None] - both).max(-1).min(1).max() < 1e-5
-    assert lean_deg(plain).max() < 20
+    every = PoseRange(swung=1.0, limbs_swung=1.0, turned=0.5, leaning=1.0, laid=0.5)
+    for plain in (batch(people), batch(people, poses=every)):
+        np.testing.assert_array_equal(plain.joints, plain.truth)
+        assert (plain.valid == 1).all()
+        # Each is one of the captured bodies, or its mirror image: no pose stretches a bone.
+        assert np.abs(bone_lengths(plain.truth)[:, None] - both).max(-1).min(1).max() < 1e-5
+    assert lean_deg(batch(people)).max() < 20
 
 
-def test_turned_and_laid_bodies_lie_under_the_worlds_own_up(people):
+def test_turned_bodies_lie_under_the_worlds_own_up(people):
     """Turned back by R they lie on the ground in every direction."""
     frames = batch(people, 1000, poses=PoseRange(turned=1.0))
-    lies = lean_deg(frames) > 60
-    assert lies.mean() > 0.1
-    thorax = rotate(transpose(frames.R), frames.truth)[lies, H36M17.index("thorax")]
+    thorax = rotate(transpose(frames.R), frames.truth)[lean_deg(frames) > 60, H36M17.index("thorax")]
     for axis in (0, 1):  # on the back and the belly, on either side
         assert min((thorax[:, axis] > 0.2).mean(), (thorax[:, axis] < -0.2).mean()) > 0.1
-    leaning = lean_deg(batch(people, 1000, poses=PoseRange(leaning=1.0)))
-    assert (5 < leaning.mean() < 15, leaning.max() < 50) == (True, True)
     laid = lean_deg(batch(people, 400, poses=PoseRange(laid=0.5)))
     assert (laid > 60).mean() == pytest.approx(0.5, abs=0.1)
 
 
-def test_a_swing_of_limbs_bends_no_knee_and_stretches_nothing(people):
-    joints = torch.from_numpy(people[0].joints)[:, None]
-    of, bodies = MotionRange(poses=PoseRange(limbs_swung=1.0)), BodyRange(unchanged=1.0, mirrored=0.0)
-    swung = varied(lambda count: joints, len(joints), Draw(0, 0), of, bodies, torch.zeros(0, 17), 30.0)[
-        :, 0
-    ].numpy()
-    np.testing.assert_allclose(bone_lengths(swung), bone_lengths(people[0].joints), atol=1e-5)
-    for names, typical in ((("l_hip", "l_knee", "l_ankle"), 10), (("r_shoulder", "r_elbow", "r_wrist"), 20)):
-        rows = H36M17.indices(names)
-        (a, b), (was_a, was_b) = (
-            (body[:, rows[1]] - body[:, rows[0]], body[:, rows[2]] - body[:, rows[1]])
-            for body in (swung, people[0].joints)
-        )
-        np.testing.assert_allclose(angle_deg(a, b), angle_deg(was_a, was_b), atol=0.05)
-        assert 0.6 * typical < angle_deg(a, was_a).mean() < 1.6 * typical
-
-
-def test_a_depth_flip_is_invisible_from_the_front_and_noise_is_as_large_as_it_says(people):
+def test_a_depth_flip_is_invisible_from_the_front(people):
     flipped = batch(people, flipped=1.0)
     np.testing.assert_allclose(flipped.joints[..., :2], flipped.truth[..., :2], atol=1e-6)
     assert np.abs(flipped.joints[..., 2] - flipped.truth[..., 2]).max() > 0.05
     np.testing.assert_allclose(bone_lengths(flipped.joints), bone_lengths(flipped.truth), atol=1e-5)
-    noisy = batch(people, 4000, noisy=1.0)
-    # Uniform up to 3 cm, of the joint and of the pelvis that it is relative to, twice that in depth.
-    expected = 0.03 / np.sqrt(3) * np.sqrt(2) * np.array([1, 1, 2])
-    np.testing.assert_allclose((noisy.joints - noisy.truth)[:, 1:].std((0, 1)), expected, rtol=0.05)
 
 
 def test_lifted_frames_are_mirrored_and_rolled_with_their_truth(people, standing, tmp_path):
@@ -229,9 +204,9 @@ def test_lifted_frames_are_mirrored_and_rolled_with_their_truth(people, standing
 @pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
 def test_people_who_lie_are_drawn_as_often_as_asked(people, standing, tmp_path, share):
     """One frame in 241 lies in the clips, and one in two in the lifted takes."""
-    lying = standing[:, [2, 1, 0]] * np.float32([1, 1, -1])  # on the back
-    alone = Clip("07_01", "07", "asfamc", 30.0, lying[None].astype(np.float32))
-    lifted = read_lifted([write_lifted(tmp_path / f"{i}.npz", of) for i, of in enumerate((standing, lying))])
+    alone = Clip("07_01", "07", "asfamc", 30.0, on_the_back(standing)[None].astype(np.float32))
+    both = enumerate((standing, on_the_back(standing)))
+    lifted = read_lifted([write_lifted(tmp_path / f"{i}.npz", of) for i, of in both])
     lifted = lifted._replace(lying=lean_deg(lifted) > 60)
     for source, usual in ((None, 1 / 241), (lifted, 0.5)):
         frames = batch([*people, alone], 600, source, lying=share, lifted=1.0 if source else 0.0)
@@ -278,11 +253,9 @@ def test_a_run_keeps_all_and_without_onnx_the_trained_network_waits_for_it(run, 
 def test_the_score_is_of_lifted_frames_a_tenth_of_people_who_lie_and_the_error_calibrated(
     clips, tmp_path, standing
 ):
-    lying = standing[:, [2, 1, 0]] * np.float32([1, 1, -1])
-    upright, lies = (write_lifted(tmp_path / f"{i}.npz", of) for i, of in enumerate((standing, lying)))
-    held = dict(np.load(lies))
-    np.savez(lies, **held | {"lying": np.ones(len(held["lying"]))})
-    checks = module.validation(clips["val"], read_lifted([upright, lies]), "body")
+    both = enumerate((standing, on_the_back(standing)))
+    lifted = read_lifted([write_lifted(tmp_path / f"{i}.npz", of) for i, of in both])
+    checks = module.validation(clips["val"], lifted._replace(lying=lean_deg(lifted) > 60), "body")
     torch.manual_seed(0)
     deployed = module.Deployed(PCNet(EVERY[0]).eval(), symmetric=True)
     before = module.check(deployed, checks)
@@ -319,7 +292,7 @@ def test_lifted_takes_of_people_of_another_part_are_refused(run, tmp_path, stand
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ((("seed = 1", 'seed = 1\ntargets = "axes"'),), "as they were recorded.*turned"),
+        ((("seed = 1", 'seed = 1\ntargets = "axes"'),), "as they were recorded.*poses"),
         ((("turned = 0.2", "turnt = 0.2"),), r"mixture\.poses\.turnt"),
         ((('kind = "pcnet"', 'kind = "pcnett"'),), "kind of lifter, pcnet; got 'pcnett'"),
         ((("lifted = 0.0", "lifted = 0.5"),), "lifted takes.*testbed"),
@@ -332,7 +305,7 @@ def test_configs_that_cannot_be_trained(run, tmp_path, changes, words):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("config", EVERY, ids=lambda c: c.residual)
+@each_config
 def test_nothing_stays_on_another_device(config):
     """The meta device computes no numbers, but refuses to mix tensors of two devices, as a GPU does."""
     device = torch.device("meta")
