@@ -98,12 +98,8 @@ def read_tree(tree: Path) -> list[Clip]:
             raise InputError("name-unknown", f"{path}: MM-Fi has no {environment}/{subject}.")
         joints = load(path, ("frames", 17, 3)).astype(np.float64)
         world = rotate(CAMERA_FROM_SOURCE.T, joints).astype(np.float32)
-        if not np.isfinite(world).all():
-            raise InputError(
-                "file-damaged", f"{path}: expected all joints in every frame; download it again."
-            )
-        if not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
-            raise InputError("wrong-axes", f"{path}: expected metres, got legs {leg_length(world):.3g} long.")
+        if not (np.isfinite(world).all() and _LEG_M[0] <= leg_length(world) <= _LEG_M[1]):
+            raise InputError("wrong-content", f"{path}: expected all joints in every frame, in metres.")
         clips.append(Clip(f"{subject}_{action}", subject, "mmfi", FPS, world))
     # What is assumed of the joints' order and axes.
     joints = np.concatenate([clip.joints for clip in clips])

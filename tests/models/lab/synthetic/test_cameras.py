@@ -37,7 +37,7 @@ def test_people_stand_anywhere_inside_the_image(windows, draw):
     assert bool((where.std(dim=0) > 0.1).all())
 
 
-def test_ranges_are_kept_and_distances_in_metres_where_everything_fits(windows, rng, draw):
+def test_ranges_are_kept(windows, draw):
     many = windows.repeat_interleave(10, 0)
     for views, (low, high), most in ((WILD, (-30, 45), 10.01), (TYPICAL, (-5, 25), 5.01)):
         cameras = place(many, draw, views)
@@ -49,12 +49,6 @@ def test_ranges_are_kept_and_distances_in_metres_where_everything_fits(windows, 
         assert np.abs(np.exp(1j * np.arctan2(away[:, 1], away[:, 0])).mean()) < 0.15  # all around
         ratio = (cameras.focal_px / cameras.image_size.amax(-1)).numpy()
         assert views.focal[0] <= ratio.min() < ratio.max() <= views.focal[1]
-    dots = torch.from_numpy(rng.uniform(-0.05, 0.05, (400, 1, 17, 3)))  # 2 m are enough for every lens
-    middle = (dots.amin(dim=-2) + dots.amax(dim=-2)) / 2
-    depth = place(dots, draw, TYPICAL).to_camera(middle[..., None, :])[:, 0, 0, 2].numpy()
-    assert 2.0 <= depth.min() < 2.1
-    assert 5.8 < depth.max() <= 6.0
-    assert np.median(depth) == pytest.approx(np.sqrt(12.0), rel=0.1)  # log-uniform
 
 
 def test_a_camera_one_metre_away_sees_half_a_metre_as_half_the_focal_length():
@@ -65,16 +59,6 @@ def test_a_camera_one_metre_away_sees_half_a_metre_as_half_the_focal_length():
     points = torch.tensor([[[[0.5, 1.0, 0.0], [0.0, 1.0, 0.5]]]], dtype=torch.float64)
     pixels = camera.project(camera.to_camera(points))
     np.testing.assert_allclose(pixels[0], [[[320 + 500, 240], [320, 240 - 500]]])
-
-
-def test_a_pan_turns_the_camera_and_moves_nothing_else(windows, draw):
-    walk = windows + torch.linspace(0, 3, 25)[:, None, None] * torch.tensor([1.0, 0, 0])
-    cameras = place(walk, draw, ViewRange(pans=1.0))
-    R = cameras.R_camera_from_world.numpy()
-    np.testing.assert_allclose(np.linalg.det(R), 1)
-    away = (walk - cameras.position[:, None, None]).norm(dim=-1)
-    np.testing.assert_allclose(cameras.to_camera(walk).norm(dim=-1), away)
-    assert (np.abs(R[:, -1] - R[:, 0]).max(axis=(1, 2)) > 0.01).mean() > 0.8
 
 
 def test_people_are_placed_as_in_real_videos_and_a_share_is_before_typical_cameras(monkeypatch):
