@@ -49,10 +49,8 @@ def _spells(ankle: np.ndarray, ahead: np.ndarray, stature: float, time_s: np.nda
     for rest in runs((speed < _RESTS_MPS) & (ankle[:, 2] < floor + _LOW_M), time_s):
         flat = rest.start + int(np.argmin(speed[rest]))
         off = _off(ankle, flat, ahead[flat], stature)
-        start, stop = (
-            _leaves(off[: flat + 1][::-1], time_s[: flat + 1][::-1]),
-            _leaves(off[flat:], time_s[flat:]),
-        )
+        start = _leaves(off[: flat + 1][::-1], time_s[: flat + 1][::-1])
+        stop = _leaves(off[flat:], time_s[flat:])
         if found and not start > found[-1][1]:  # another rest of the same contact
             found[-1][1] = stop if np.isnan(stop) or stop > found[-1][1] else found[-1][1]
         else:

@@ -141,16 +141,15 @@ def made(source: Source, folder: Path, output: Path) -> tuple[Clip, ...]:
     and for a file that is not as it was made."""
     path, listing = output / f"{source.file}.npz", output / _MADE
     digests = json.loads(listing.read_text(encoding="utf-8")) if listing.exists() else {}
-    if path.exists():
-        if digests.get(source.file) != sha256(path):
-            raise InputError(
-                "file-damaged",
-                f"Expected {path} as this command made it, but its digest is another one; remove it to make it anew.",
-            )
-        return read_mocap(path)
-    ready = folder / path.name
-    write_mocap(path, list(read_mocap(ready)) if ready.exists() else converted(source, folder))
-    write_json(listing, {**digests, source.file: sha256(path)})
+    if not path.exists():
+        ready = folder / path.name
+        write_mocap(path, read_mocap(ready) if ready.exists() else converted(source, folder))
+        write_json(listing, {**digests, source.file: sha256(path)})
+    elif digests.get(source.file) != sha256(path):
+        raise InputError(
+            "file-damaged",
+            f"Expected {path} as this command made it, but its digest is another one; remove it to make it anew.",
+        )
     return read_mocap(path)
 
 

@@ -123,10 +123,9 @@ def _moving(draw: Draw, between_deg: tuple[float, float], count: int, frames: in
     return (rest + swing * (6.2832 * turns + phase).sin()).clamp(low, high).deg2rad()
 
 
-_Swings = Iterable[tuple[str, Sequence[str], float]]
-
-
-def _swung(joints: Tensor, draw: Draw, share: float, parts: _Swings) -> Tensor:
+def _swung(
+    joints: Tensor, draw: Draw, share: float, parts: Iterable[tuple[str, Sequence[str], float]]
+) -> Tensor:
     out, use = joints.clone(), draw.share(share, len(joints))[:, None, None]
     for about, moved, std_deg in parts:
         R = from_vector((std_deg * draw.normal(len(joints), 1, 3, most=2) * use).deg2rad())

@@ -608,13 +608,13 @@ def _by_parameter(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
     halves = iter([tensor for name, tensor in tensors.items() if name.startswith("slice_")])
     for name in [name for name in weights if name.endswith("key_value.weight")]:
         weights[name.replace("weight", "bias")] = torch.cat([next(halves), next(halves)])
-    for tensor in tensors.values():
-        # Half is the skeleton's where alpha is 0.
-        if tensor.is_floating_point() and tensor.shape == (JOINTS, JOINTS):
-            weights["encoder.graph.learned"] = 2 * tensor - skeleton_adjacency()
-            weights["encoder.graph.alpha"] = torch.zeros(())
-        elif tensor.is_floating_point() and tensor.ndim == 3 and tensor.shape[:2] == (JOINTS, 1):
-            weights["encoder.attention.position"] = tensor[:, 0]
+    floats = [tensor for tensor in tensors.values() if tensor.is_floating_point()]
+    (adjacency,) = (tensor for tensor in floats if tensor.shape == (JOINTS, JOINTS))
+    (position,) = (tensor for tensor in floats if tensor.ndim == 3 and tensor.shape[:2] == (JOINTS, 1))
+    weights["encoder.attention.position"] = position[:, 0]
+    # Half is the skeleton's where alpha is 0.
+    weights["encoder.graph.learned"] = 2 * adjacency - skeleton_adjacency()
+    weights["encoder.graph.alpha"] = torch.zeros(())
     return weights
 
 
