@@ -1,6 +1,6 @@
 """Writes the tables of accuracy in documents, from what `pcnet3d lab evaluate` measured:
 
-    python docs/accuracy/write.py [DIR/evaluation.json ...] [DIR/errors.json ...]
+    python docs/accuracy/write.py [DIR/evaluation.json ...]
     python docs/accuracy/write.py --figures DIR "REASON FOR A LOOK AT TEST PEOPLE"
     python docs/accuracy/write.py --errors DIR
 
@@ -9,8 +9,8 @@ an hour of a core.
 
 The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
 networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors
-hold, and how large errors are, is in errors.json here; the rows of another one (of `pcnet3d lab evaluate errors`)
-replace those of the same configurations and people. Then what stands between `<!-- docs/accuracy/write.py: NAME -->`
+hold, and how large errors are, is in errors.json; what `pcnet3d lab evaluate errors` measured replaces its rows of the
+same configurations and people. Then what stands between `<!-- docs/accuracy/write.py: NAME -->`
 and `<!-- end -->` in a document is written from the macro NAME of tables.j2. Words around the figures are not measured:
 read them again.
 """
@@ -30,7 +30,6 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from pcnet3d.models.lab.evaluation.errors import as_json
 from pcnet3d.models.lab.evaluation.testbed import VIEWS
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
@@ -39,7 +38,7 @@ from pcnet3d.pipeline.core.figures import label_of
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures.json"
-ERRORS = HERE / "errors.json"  # of pcnet3d lab evaluate errors, as it writes it
+ERRORS = HERE / "errors.json"
 ROOT = HERE.parents[1]
 MARKED = (
     "README.md", "docs/errors.md", "docs/paper.md", "docs/start.md", "docs/trust.md", "docs/up.md",
@@ -217,6 +216,20 @@ def picked(tree: dict[str, Any], patterns: Sequence[str]) -> dict[str, Any]:
 Rows = list[dict[str, Any]]
 
 
+def stated(evaluation: dict[str, Any]) -> Rows:
+    """The rows of stated errors of an evaluation.json of `errors`; of the real take, whoever else is judged, "val"."""
+    return [
+        {
+            "statement": statement,
+            "configuration": configuration,
+            "set": "val" if configuration.startswith("real take") else evaluation["judged"],
+            **{name: value for name, value in figures.items() if name != "bias"},
+        }
+        for statement, of in evaluation["statements"].items()
+        for configuration, figures in of.items()
+    ]
+
+
 def merged(rows: Rows, new: Rows) -> Rows:
     """The rows of stated errors, with new ones in the place of all of the same configuration and people."""
     measured = {(row["configuration"], row["set"]) for row in new}
@@ -272,7 +285,7 @@ def measured(folder: Path, because: str = "") -> list[str]:
     which is run unless its file is there."""
     commands = {folder / name / "evaluation.json": block.command for name, block in BLOCKS.items()}
     if not because:
-        commands = {folder / "errors" / "errors.json": _ERRORS}
+        commands = {folder / "errors" / "evaluation.json": _ERRORS}
     for path, command in commands.items():
         if not path.exists():
             words = [because if word == "REASON" else word for word in command.split()]
@@ -289,8 +302,8 @@ def main() -> None:
     try:
         for path in paths:
             evaluation = json.loads(Path(path).read_text(encoding="utf-8"))
-            if isinstance(evaluation, list):
-                errors = merged(errors, evaluation)
+            if evaluation.get("report") == "errors":
+                errors = merged(errors, stated(evaluation))
             else:
                 figures = updated(figures, evaluation)
     except InputError as error:
@@ -299,7 +312,8 @@ def main() -> None:
     text = json.dumps(figures, indent=1, ensure_ascii=False)
     text = re.sub(r"{[^{}]*}", lambda innermost: " ".join(innermost[0].split()), text)  # a line each
     FIGURES.write_text(text + "\n", encoding="utf-8")
-    ERRORS.write_text(as_json(errors), encoding="utf-8")
+    lines = ",\n ".join(map(json.dumps, errors))  # a line each
+    ERRORS.write_text(f"[\n {lines}\n]\n", encoding="utf-8")
     for name, page in texts.items():
         (ROOT / name).write_text(page, encoding="utf-8")
     print("\n".join(stale(figures)) or "All figures are of the shipped networks.")

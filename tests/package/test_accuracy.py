@@ -79,6 +79,14 @@ def test_new_rows_of_stated_errors_replace_those_of_their_configuration_and_peop
     assert write.merged([row, gone, *others], [row | {"inside": 0.9}]) == [*others, row | {"inside": 0.9}]
 
 
+def test_what_an_evaluation_states_becomes_rows_of_its_people():
+    figures = {"inside": 0.5, "low": None, "bias": 0.1}
+    of = {"up": {"image": figures, "real take, image": figures}}
+    image, real = write.stated({"report": "errors", "judged": "test", "statements": of})
+    assert image == {"statement": "up", "configuration": "image", "set": "test", "inside": 0.5, "low": None}
+    assert real == {**image, "configuration": "real take, image", "set": "val"}
+
+
 def test_every_row_of_stated_errors_has_one_format_and_its_own_case():
     assert {tuple(row) for row in ERRORS} == {tuple(ERRORS[0])}
     cases = [(row["statement"], row["configuration"], row["set"]) for row in ERRORS]

@@ -12,9 +12,8 @@ angles.errors=FILE). Of strangers: what --fit fits, each person by bars that wer
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -29,7 +28,6 @@ from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...angle_error.posture import FAST, FEATURES, POSTURES, growth
-from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ..common.cases import Cases, Row, column, quantile, weights
 from . import judge
@@ -118,54 +116,38 @@ def summary(takes: Sequence[Cases]) -> dict[str, Any]:
     def mean(values: np.ndarray) -> float:
         return float(np.average(values, weights=weights(takes)))
 
-    shares = asdict(judge.inside(takes)).items()
     return {
-        **{name: round(share, 3) if isinstance(share, float) else share for name, share in shares},
+        **{name: round(share, 3) for name, share in judge.inside(takes).items()},
         "needed": round(judge.factor(takes), 2),
         "rms": _short(mean(error**2) ** 0.5),
         "p50": _short(quantile(takes, np.abs(error))),
         "bar": _short(quantile(takes, column(takes, "half"))),
-        "bias": mean(error),
+        "bias": _short(mean(error)),
     }
 
 
 def further(
-    asked: Configuration,
-    output: Path,
-    values: Mapping[tuple[str, ...], Sequence[Cases]],
-    figures: Mapping[tuple[str, ...], Mapping[str, Any]],
+    asked: Configuration, output: Path, values: Mapping[tuple[str, ...], Sequence[Cases]]
 ) -> Iterator[Row]:
-    """Write errors.json: what is said of each statement in each configuration, a row each. Where a fit is asked for
-    write joint_noise.json too: ("strangers", statement, configuration), {"inside": share}."""
-    known = configurations(asked)
-    lines: list[dict[str, Any]] = []
+    """Where a fit is asked for, write joint_noise.json: ("strangers", statement, configuration), {"inside": share}."""
+    if not asked.fit:
+        return
     named: dict[str, dict[str, Sequence[Cases]]] = {}
-    for place, takes in values.items():
-        table, statement, name = place
+    for (table, statement, name), takes in values.items():
         if table == "statements":
-            people = "val" if known[name].real else asked.people  # whoever else is judged
-            lines.append({"statement": statement, "configuration": name, "set": people, **figures[place]})
             named.setdefault(statement, {})[name] = takes
-    write_text(output / "errors.json", as_json(lines))
-    if asked.fit:
-        own = {
-            statement: {name: groups[name] for name in FITTED if name in groups}
-            for statement, groups in named.items()
-        }
-        noise = read_noise(_begun(asked) or NOISE_FILE)
-        noise = refitted(own, noise) if any(own.values()) else noise
-        noise = replace(noise, lifter=load_lifter(asked.lifter).method)
-        raised = {statement: groups[RAISED] for statement, groups in named.items() if RAISED in groups}
-        noise, of_raised = with_raised_arms(noise, raised)
-        write_text(output / "joint_noise.json", noise.as_json())
-        shares = chain(of_strangers(own), ((both, RAISED, share) for both, share in of_raised.items()))
-        yield from ((("strangers", of, name), {"inside": round(share, 3)}) for of, name, share in shares)
-
-
-def as_json(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as errors.json has them, a line each."""
-    lines = ",\n ".join(json.dumps(plain(row)) for row in rows)
-    return f"[\n {lines}\n]\n"
+    own = {
+        statement: {name: groups[name] for name in FITTED if name in groups}
+        for statement, groups in named.items()
+    }
+    noise = read_noise(_begun(asked) or NOISE_FILE)
+    noise = refitted(own, noise) if any(own.values()) else noise
+    noise = replace(noise, lifter=load_lifter(asked.lifter).method)
+    raised = {statement: groups[RAISED] for statement, groups in named.items() if RAISED in groups}
+    noise, of_raised = with_raised_arms(noise, raised)
+    write_text(output / "joint_noise.json", noise.as_json())
+    shares = chain(of_strangers(own), ((both, RAISED, share) for both, share in of_raised.items()))
+    yield from ((("strangers", of, name), {"inside": round(share, 3)}) for of, name, share in shares)
 
 
 def _short(figure: float) -> float:
@@ -274,7 +256,7 @@ def with_raised_arms(
         if len({take.person for take in takes}) < 2:
             continue
         asked_for = np.sqrt(fitted(takes, squares, on_top=True))[0]
-        shares[both] = judge.inside(held_out({"": takes}, squares, on_top=True)[""]).inside
+        shares[both] = judge.inside(held_out({"": takes}, squares, on_top=True)[""])["inside"]
         for name in names:
             parts = list(noise.postures.get(name, np.zeros(len(FEATURES))))
             parts[_ARMS] = max(parts[_ARMS], asked_for)
@@ -299,4 +281,4 @@ def of_strangers(named: Mapping[str, Groups]) -> Iterator[tuple[str, str, float]
         squares = squares_of(statement, takes)
         if squares is not None and len({take.person for take in takes}) > 1:  # else nobody to fit them to
             for name, found in held_out(groups, squares).items():
-                yield statement, name, judge.inside(found).inside
+                yield statement, name, judge.inside(found)["inside"]

@@ -132,7 +132,7 @@ def measured(report: str, asked: Configuration, output: Path) -> dict[str, Any]:
     output.mkdir(parents=True, exist_ok=True)
     figures = {keys: sum(of) if isinstance(of[0], int) else module.summary(of) for keys, of in values.items()}
     if hasattr(module, "further"):
-        figures |= module.further(asked, output, values, figures)
+        figures |= module.further(asked, output, values)
     results: dict[str, Any] = {}
     for (*above, last), of in figures.items():
         place = results

@@ -10,7 +10,6 @@ errors nor usual cases decide.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from ....pipeline.core.measures import SD_90
 from ..common.cases import Cases, column, interval, people_of, quantile, weights
-from ..common.metrics import Figure, by_person
+from ..common.metrics import Figure, by_person, mean
 
 COVERED = 0.9  # what "90 %" states
 _BINS = 10
@@ -53,19 +52,9 @@ def summed(takes: Sequence[Cases]) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True)
-class Inside:
-    """The share of cases within their bars, and the 90 % interval of that share over people like these."""
-
-    cases: int
-    people: int
-    inside: float
-    low: float
-    high: float
-
-
-def inside(takes: Sequence[Cases]) -> Inside:
-    """Of takes that are judged (Cases.judged)."""
+def inside(takes: Sequence[Cases]) -> dict[str, Any]:
+    """{"cases", "people", "inside": the share of cases within their bars, "low", "high": the 90 % interval of that
+    share over people like these}, of takes that are judged (Cases.judged)."""
     shares = by_person(
         (take.person, np.array([np.mean(np.abs(take["error"]) <= take["half"])]))
         for take in takes
@@ -73,8 +62,8 @@ def inside(takes: Sequence[Cases]) -> Inside:
     )
     of_people = np.array([share for (share,) in shares.values()])
     low, high = interval(of_people, np.ones(len(of_people)))
-    whole = float(of_people.mean()) if len(of_people) else float("nan")
-    return Inside(sum(map(len, takes)), len(of_people), whole, low, high)
+    share = {"inside": mean(of_people), "low": low, "high": high}
+    return {"cases": sum(map(len, takes)), "people": len(of_people), **share}
 
 
 def factor(takes: Sequence[Cases], covered: float = COVERED) -> float:

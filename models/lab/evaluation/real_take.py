@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from itertools import chain
 
 import numpy as np
 
@@ -33,32 +33,35 @@ _LIMB_ROWS = H36M17.indices(LIMBS)
 
 
 def rows(asked: Configuration) -> Iterator[Row]:
-    """("balancing" or "standing", "skeletons alone" or "with its image", camera): `row`, and "mean", of all cameras.
-    InputError where the data is not."""
+    """("balancing" or "standing", "skeletons alone" or "with its image", camera, and `row`), and "mean", of all
+    cameras. InputError where the data is not."""
     for take, name in _TAKES.items():
         for how, image in _IMAGE.items():
-            of_each = {run.truth.clip: row(run) for run in finished(replace(asked, image=image, real=name))}
-            yield from (((take, how, camera), figures) for camera, figures in of_each.items())
-            yield from (((take, how, "mean"), figures) for figures in of_each.values())
+            of_each = {
+                run.truth.clip: [*row(run)] for run in finished(replace(asked, image=image, real=name))
+            }
+            of_each["mean"] = [*chain.from_iterable(of_each.values())]
+            for camera, figures in of_each.items():
+                yield from (((take, how, camera, *keys), value) for keys, value in figures)
 
 
-def row(run: Finished) -> dict[str, Any]:
+def row(run: Finished) -> Iterator[Row]:
     """One camera's figures, NaN without an answer."""
-    figures: dict[str, Any] = {"levelled": 0.0, "up_deg": np.nan, "stated_deg": np.nan}
+    levelled, up, stated = 0.0, np.nan, np.nan
     if run.take is not None:
         rectified = run.take.need("rectified")
-        figures = {
-            "levelled": float(rectified.level_ok),
-            "up_deg": float(angle_deg(rectified.R_source_from_level[..., 2], run.truth.up).mean()),
-            "stated_deg": mean(rectified.up_error_deg),
-        }
+        levelled, stated = float(rectified.level_ok), mean(rectified.up_error_deg)
+        up = float(angle_deg(rectified.R_source_from_level[..., 2], run.truth.up).mean())
+    yield ("levelled",), levelled
+    yield ("up_deg",), up
+    yield ("stated_deg",), stated
     if np.isfinite(run.truth.truth[:, _LIMB_ROWS]).all():
-        figures["rigid_mm"] = np.nan if run.take is None else rigid_mm(run)
-        stated = together(of_frames(run))
+        yield ("rigid_mm",), np.nan if run.take is None else rigid_mm(run)
+        found = together(of_frames(run))
         for angle in _ANGLES:
-            error = stated[angle]["error"] if angle in stated else np.zeros(0)
-            figures[angle] = {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
-    return figures
+            error = found[angle]["error"] if angle in found else np.zeros(0)
+            yield (angle, "rmse"), mean(error**2) ** 0.5
+            yield (angle, "mae"), mean(np.abs(error))
 
 
 def rigid_mm(run: Finished) -> float:
@@ -72,11 +75,6 @@ def rigid_mm(run: Finished) -> float:
     return mean(1000 * joint_error(scaled(rotate(R_true_from_found, found), true, "take"), true))
 
 
-def summary(values: list[dict[str, Any]]) -> dict[str, Any]:
-    """The mean of each number of rows with the same keys."""
-    return {
-        key: summary([row[key] for row in values])
-        if isinstance(value, dict)
-        else mean(np.array([row[key] for row in values], dtype=np.float64))
-        for key, value in values[0].items()
-    }
+def summary(values: list[float]) -> float:
+    """Their mean."""
+    return mean(np.array(values))

@@ -29,8 +29,7 @@ from ...gait.errors import ERROR_FILE
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..evaluation.errors import FITTED, RAISED
-from ..evaluation.evaluate import measured
-from ..evaluation.runs import Configuration
+from ..evaluation.evaluate import evaluate
 from . import contact, gait_errors, joint_noise, visits
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
@@ -55,14 +54,14 @@ def steps() -> list[Step]:
         Step("gait_error.json", gait_errors.learn, ERROR_FILE),
         Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
         Step("repeatability.json", visits.learn, REPEATABILITY_FILE),
-        Step("judged/errors.json", partial(kit, _JUDGED_SEED, False)),
+        Step("judged/evaluation.json", partial(kit, _JUDGED_SEED, False)),
     ]
 
 
 def kit(seed: int, fit: bool, output: Path) -> None:
     """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
-    parts = (*FITTED, RAISED) if fit else ()
-    measured("errors", Configuration(seed=seed, part=parts, fit=fit), output.parent)
+    part = [*FITTED, RAISED] if fit else None
+    evaluate("errors", output.parent, seed=seed, part=part, fit=fit or None)
 
 
 def take_steps(folder: Path, of: Sequence[Step]) -> None:

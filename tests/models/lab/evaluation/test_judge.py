@@ -18,15 +18,15 @@ def stated(person: str, error: np.ndarray, **known: np.ndarray) -> Cases:
 
 def test_every_person_counts_the_same_and_every_take_of_a_person():
     long, short = stated("a", np.zeros(1000)), stated("b", np.full(10, 2.0))
-    assert judge.inside([long, short]).inside == pytest.approx(0.5)
+    assert judge.inside([long, short])["inside"] == pytest.approx(0.5)
     both = [stated("a", np.zeros(1000)), stated("a", np.full(3, 2.0)), short]
-    assert judge.inside(both).inside == pytest.approx(0.25)
-    assert judge.inside(both).cases == 1013
+    assert judge.inside(both)["inside"] == pytest.approx(0.25)
+    assert judge.inside(both)["cases"] == 1013
     rng = np.random.default_rng(0)
     takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
     by = judge.factor(takes)
     wider = [take.having(half=by * take["half"]) for take in takes]
-    assert judge.inside(wider).inside == pytest.approx(0.9, abs=0.01)
+    assert judge.inside(wider)["inside"] == pytest.approx(0.9, abs=0.01)
     assert by > 3.0  # b's errors count as much as a's, who was filmed longer
 
 
@@ -50,11 +50,11 @@ def test_fitted_bars_hold_at_every_size_on_people_left_out_and_in_every_unit():
         takes.append(stated(person, rng.normal(0, np.hypot(2.0, 1.5 * by)), by=by, own=np.ones(600)))
     weights = fitted(takes, squares)
     assert np.sqrt(weights) / 1.645 == pytest.approx([2.0, 1.5], rel=0.25)
-    assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
+    assert judge.inside(held_out({"all": takes}, squares)["all"])["inside"] == pytest.approx(0.9, abs=0.03)
     own = [take.having(half=np.sqrt(squares(take) @ weights)) for take in takes]
     for low in (0.5, 2.0, 3.5):
         parts = [take.where((take["by"] >= low) & (take["by"] < low + 0.5)) for take in own]
-        assert judge.inside(parts).inside > 0.8
+        assert judge.inside(parts)["inside"] > 0.8
     small = [take.having(error=1e-3 * take["error"]) for take in takes]
     np.testing.assert_allclose(fitted(small, squares), 1e-6 * weights, rtol=0.01)
 

@@ -66,7 +66,6 @@ def test_errors_are_fitted_to_takes_and_judged_with_the_file(clip, tmp_path, mon
     path = tmp_path / "fitted" / "joint_noise.json"
     assert read_noise(path).lifter == load_lifter().method
     evaluate("errors", tmp_path / "judged", errors=path, draws=2, **asked)
-    rows = json.loads((tmp_path / "judged" / "errors.json").read_text())
-    (knee,) = [row for row in rows if row["statement"] == "knee_flexion"]
-    assert knee["configuration"] == "bodies alone"
-    assert knee["inside"] == pytest.approx(0.9, abs=0.05)
+    judged = json.loads((tmp_path / "judged" / "evaluation.json").read_text())
+    assert (judged["judged"], judged["draws"]) == ("tennis", 2)
+    assert judged["statements"]["knee_flexion"]["bodies alone"]["inside"] == pytest.approx(0.9, abs=0.05)

@@ -51,7 +51,7 @@ def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_
         names.index("modes.json") < names.index("angles/joint_noise.json") < names.index("repeatability.json")
     )
     assert names.index("gait_error.json") > names.index("contact.json")
-    assert names[-1] == "judged/errors.json"
+    assert names[-1] == "judged/evaluation.json"
 
 
 @pytest.mark.data
