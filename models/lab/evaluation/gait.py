@@ -135,7 +135,7 @@ def matched(sides: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Matched
 def true_gait(seen: SeenTake) -> Gait:
     """By the captured joints, before a static camera. Skips and hops are no walk: the longest step of a walk takes at
     most _UNEVEN times as long as its shortest."""
-    time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
+    time_s, R_world_from_camera = seen.time_s, seen.R_camera_from_world.T
     spells = true_contact(seen.world, time_s)
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES.values()}
     body = rotate(transpose(seen.R_camera_from_body), smoothed(seen.truth, time_s))
@@ -162,7 +162,7 @@ def walks(run: Finished, true: Gait) -> Iterator[tuple[str, Cases]]:
     same = Gait(true.feet, true_walks(walking, true.feet))
     if not same.walks:
         return
-    time_s, world = run.truth.keypoints.times, run.truth.world
+    time_s, world = run.truth.time_s, run.truth.world
     level = relative(smoothed(world, time_s))
     ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES.values()}
     root = world[:, H36M17.index("pelvis"), :2]

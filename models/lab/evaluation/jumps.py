@@ -46,13 +46,13 @@ _TRAIN = EvaluationSet("train, seen by the lifter", "train", known=True)
 def true_flights(truth: SeenTake) -> list[Flight]:
     """What the captured path shows, at 30 frames a second; in statures."""
     every = max(round(truth.keypoints.fps / _RULE_FPS), 1)
-    return captured_flights(truth.world[::every], truth.keypoints.times[::every])
+    return captured_flights(truth.world[::every], truth.time_s[::every])
 
 
 def _off_floor(truth: SeenTake, span: tuple[float, float], stature: float) -> bool:
     """Whether both captured ankles are above their floor in the middle of a span of seconds."""
     lowest = truth.world[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
-    middle = int(np.searchsorted(truth.keypoints.times, sum(span) / 2))
+    middle = int(np.searchsorted(truth.time_s, sum(span) / 2))
     return bool(lowest[middle] - np.percentile(lowest, 20) > _TOES * stature)
 
 

@@ -21,7 +21,7 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.pose import MadeBy
+from ....pipeline.core.pose import MadeBy, PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import CameraMotion, Take, Told, Video
 from ....pipeline.plugins.protocols import Rectifier
@@ -204,7 +204,7 @@ class Finished:
     @cached_property
     def true_angles(self) -> dict[str, AngleSeries]:
         """Of every frame of the truth."""
-        joints = smoothed(self.truth.truth, self.truth.keypoints.times)
+        joints = smoothed(self.truth.truth, self.truth.time_s)
         return take_angles(TakeJoints(self.truth.truth, joints, self.truth.R_camera_from_body))
 
     def stated(self, error: np.ndarray, half: np.ndarray, **known: np.ndarray) -> Cases:
@@ -335,11 +335,15 @@ def given(truth: SeenTake, asked: Configuration, video: Video | None = None) -> 
     take = Take(truth.clip, keypoints=seen, camera=camera, told=told, video=video)
     if asked.lifter:
         return take
-    captured = MadeBy("measured", "motion capture")
-    frame = CAMERA.with_(origin="pelvis")
-    return take.with_(
-        poses=seen.with_(joints=truth.truth, layout=H36M17, frame=frame, confidence=None, made_by=captured)
+    captured = PoseSequence(
+        truth.truth,
+        H36M17,
+        CAMERA.with_(origin="pelvis"),
+        time_s=truth.time_s,
+        frame_index=np.arange(len(truth.time_s)),
+        made_by=MadeBy("measured", "motion capture"),
     )
+    return take.with_(poses=captured)
 
 
 def looks(truth: SeenTake, seed: int) -> tuple[Look, ...]:

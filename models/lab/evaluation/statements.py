@@ -174,7 +174,7 @@ def angles(run: Finished) -> Iterator[Stated]:
     parts_of, _, faster = angle_series(
         take.need("poses"), take.need("rectified"), take.need("filtered"), plain
     )
-    true_rates = angle_rates(run.true_angles, run.truth.keypoints.times)
+    true_rates = angle_rates(run.true_angles, run.truth.time_s)
     columns = take.need("kinematics")
     for name in ANGLES:
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
@@ -247,7 +247,7 @@ def motions(run: Finished) -> Iterator[Stated]:
     columns, rows = run.done.need("kinematics"), run.rows
     R = transpose(run.done.need("rectified").R_source_from_level)
     true = rotate(R, run.truth.truth)[rows]
-    time_s, upright = run.truth.keypoints.times[rows], ~run.truth.lying[rows]
+    time_s, upright = run.truth.time_s[rows], ~run.truth.lying[rows]
     if not is_finite(true).all():
         return
     signals = {"": true, "v": derivative(smoothed(true, time_s), time_s), "a": accelerations(true, time_s)}

@@ -168,7 +168,7 @@ def added(
 ) -> Iterator[tuple[tuple[str, str, str], float]]:
     """(method, part, direction), RMSE: of one lifted take, of the methods and the camera's axes. joints: (T, 17, 3)
     metres, CAMERA axes relative to the pelvis, without gaps, at the truth's scale."""
-    time_s, R_true = seen.keypoints.times, seen.R_camera_from_world
+    time_s, R_true = seen.time_s, seen.R_camera_from_world
     level = np.broadcast_to(_R_CAMERA_FROM_UPRIGHT, (len(joints), 3, 3))
     axes_of = {"camera axes": with_heading(level, R_true)}
     axes_of |= {name: answer.axes(R_true) for name, answer in methods.items()}

@@ -67,8 +67,9 @@ BEDS: dict[Bed, ViewRange] = {"wild": WILD, "typical": TYPICAL}
 class SeenTake:
     """One clip as a camera and a detector saw it, and what is true about it.
 
-    keypoints: the detector's answer, IMAGE, pixels. image_size, focal_px: the camera's.
-    joints_camera: (T, 17, 3) metres, the truth, origin at the camera.
+    keypoints: the detector's answer, IMAGE, pixels, of the frames in which it finds somebody. image_size, focal_px: the
+        camera's.
+    time_s: (T,) of all frames. joints_camera: (T, 17, 3) metres, the truth, origin at the camera.
     R_camera_from_world: (3, 3), or (T, 3, 3) of a camera that pans, world +Z up; its third column is `up`.
     clip, subject: where it comes from.
     """
@@ -76,6 +77,7 @@ class SeenTake:
     keypoints: PoseSequence
     image_size: tuple[int, int]
     focal_px: float
+    time_s: np.ndarray
     joints_camera: np.ndarray
     R_camera_from_world: np.ndarray
     clip: str
@@ -184,6 +186,7 @@ def see(
         keypoints=PoseSequence(pixels, H36M17, IMAGE, confidence, time_s, np.arange(len(clip))),
         image_size=(width, height),
         focal_px=float(cameras.focal_px[0]),
+        time_s=time_s,
         joints_camera=shown[0].numpy(),
         R_camera_from_world=R_camera_from_world if views.pans else R_camera_from_world[0],
         clip=clip.name,
@@ -243,8 +246,10 @@ def real_takes(name: str) -> Iterator[tuple[str, SeenTake, Video]]:
         else:
             R_camera_from_world = said["R_camera_from_world"]
             joints = rotate(R_camera_from_world, whole_body(limbs)) + said["t_m"]
-        focal_px = float(said["focal_px"].mean())
-        truth = SeenTake(keypoints, video.size, focal_px, joints, R_camera_from_world, camera, "real take")
+        lens, time_s = float(said["focal_px"].mean()), video.time_s
+        truth = SeenTake(
+            keypoints, video.size, lens, time_s, joints, R_camera_from_world, camera, "real take"
+        )
         yield "real take", truth, video
 
 

@@ -50,7 +50,7 @@ def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np
     for clip in clips:
         seen = see(clip, seed, views=BEDS[bed])
         lift = joints_of(lifted(ToLift(seen.keypoints, seen.image_size)).poses, seen.truth)
-        time_s = seen.keypoints.times
+        time_s = seen.time_s
         spells = true_contact(clip.joints, time_s)
         runs = np.where(floor_speed(clip.joints, clip.fps) > _RUN_MPS, _RUNS, 1.0)
         off = Rotation.from_rotvec([*rng.normal(0, np.radians(_TILT_DEG), 2), 0.0]).as_matrix()

@@ -43,7 +43,7 @@ class Pair:
 
     @classmethod
     def of(cls, take: LiftedTake) -> Pair:
-        time_s, truth = take.seen.keypoints.times, take.seen.truth
+        time_s, truth = take.seen.time_s, take.seen.truth
         return cls(smoothed(joints_of(take.lifted, truth), time_s), smoothed(truth, time_s), ~take.seen.lying)
 
     def residual(self) -> np.ndarray:

@@ -103,7 +103,7 @@ def _within(run: Finished) -> Iterator[tuple[Kind, Cases]]:
 
 def _ranges(run: Finished) -> dict[str, Compared]:
     """With the errors by the parts in place, whichever lifter they were fitted to."""
-    lasts_s = float(run.truth.keypoints.times[-1])
+    lasts_s = float(run.truth.time_s[-1])
     return {
         name: of._replace(error=range_sd(of_both(name), of.found, of.ends, lasts_s))
         for name, of in ranges(run).items()
