@@ -87,7 +87,7 @@ FAULTS = [
           "stages/export/test_exports.py"),
     Fault("stages/report/trust.py", "min(_LEVELS.index(level)", "max(_LEVELS.index(level)",
           "stages/report/test_trust.py"),
-    Fault("stages/record/gaps.py", "append=last + 1) > usual", "append=last + 1) > 2 * usual",
+    Fault("stages/record/stage.py", "append=last + 1) > usual", "append=last + 1) > 2 * usual",
           "stages/record/test_recording_angles.py"),
     Fault("pipeline/core/rotations.py", "np.vdot(a, b)", "np.vdot(b, a)",
           "stages/study/compare/test_compare_command.py::test_heading_and_size_are_found"),

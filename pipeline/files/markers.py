@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..core.errors import InputError, needed_for, readable
+from ..core.errors import InputError, readable
 from ..core.layouts import H36M17
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy
@@ -50,12 +50,6 @@ def by_subject(markers: Markers) -> dict[str, Markers]:
         name: replace(markers, names=[plain[i] for i in own], points=markers.points[:, own])
         for name, own in rows.items()
     }
-
-
-def check_c3d() -> None:
-    """InputError when ezc3d is not installed."""
-    with needed_for("C3D", "c3d"):
-        import ezc3d  # noqa: F401
 
 
 def read_trc(path: Path) -> Markers:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.anthropometry import floor_height
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, needed_for
 from ...pipeline.core.frames import LEVEL, Frame
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
@@ -27,7 +27,7 @@ from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
-from ...pipeline.files.markers import C3D_GROUP, check_c3d
+from ...pipeline.files.markers import C3D_GROUP
 from ...pipeline.signals.filters import breaks, each_path, even_grid, evenly_spaced, holes, rate, resample
 from ..drawing.provenance import provenance
 
@@ -244,8 +244,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     nor is a single one, which has no rate for the file to state, nor any without a joint, and a warning says so.
     InputError as `markers` raises it.
     """
-    check_c3d()
-    import ezc3d
+    with needed_for("C3D", "c3d"):
+        import ezc3d
 
     points_in_time = markers(take, LEVEL)
     count, begin_s = len(points_in_time.time_s), float(points_in_time.time_s[0])

@@ -39,7 +39,7 @@ _SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 def log_angles(recording: rr.RecordingStream, take: Take, clock: PoseSequence, gaps: np.ndarray) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
-    standard deviation is stated. clock: the poses with their gaps marked. gaps: (N,) as of `gap_rows`."""
+    standard deviation is stated. clock: the poses with their gaps marked. gaps: (N,) rows before which one is NaN."""
     for name in ALL_OF_BOTH:
         if (shown := angle_bands(take, name)) is None:
             continue

@@ -25,7 +25,6 @@ from ..drawing.rerun_log import (
 )
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles, log_marks
-from .gaps import gap_rows, gaps_marked, last_frame
 from .room import log_room
 from .views import views
 
@@ -83,18 +82,18 @@ def record(take: Take, path: str | Path) -> None:
         if take.video and parts:
             log_video(recording, parts, on_clock(take.video, poses), take.video.span[0])
         file.check()
-        last = last_frame(take)
-        gaps = gap_rows(poses, last)
+        last = _last_frame(take)
+        gaps = _gap_rows(poses, last)
         if take.keypoints is not None:
-            keypoints = gaps_marked(take.keypoints, gap_rows(take.keypoints, last))
+            keypoints = _gaps_marked(take.keypoints, _gap_rows(take.keypoints, last))
             log_skeleton(recording, "video/keypoints", keypoints, radius=-3.0)
         for entity, skeleton, radius in (
             ("source", poses, 0.024),
             ("body", rectified.body, 0.024),
             ("level", rectified.level, 0.04),
         ):
-            log_skeleton(recording, entity, gaps_marked(skeleton, gaps), radius * size)
-        clock = gaps_marked(poses, gaps)
+            log_skeleton(recording, entity, _gaps_marked(skeleton, gaps), radius * size)
+        clock = _gaps_marked(poses, gaps)
         _log_rotation(recording, rectified, clock, gaps)
         file.check()
         log_room(recording, take, size)
@@ -109,7 +108,7 @@ def record(take: Take, path: str | Path) -> None:
 def _log_rotation(
     recording: rr.RecordingStream, rectified: Rectified, clock: PoseSequence, gaps: np.ndarray
 ) -> None:
-    """clock: the poses with their gaps marked (`gaps_marked`). gaps: (N,) as of `gap_rows`."""
+    """clock: the poses with their gaps marked (`_gaps_marked`). gaps: (N,) as of `_gap_rows`."""
     curves = {
         "error": ("expected error (deg)", rectified.error_deg, PURPLE),
         "bound": ("90 % bound of up (deg)", rectified.up_bound_deg, MIDDLE),
@@ -119,3 +118,27 @@ def _log_rotation(
             log_curves(
                 recording, f"rotation/{entity}", clock, np.insert(values, gaps, np.nan), [name], [colour]
             )
+
+
+def _last_frame(take: Take) -> int:
+    """The last that anything of the take shows."""
+    tracks = [track.frame_index[-1] for track in (take.poses, take.keypoints) if track is not None]
+    return max(*tracks, take.video.span[1] if take.video else 0)
+
+
+def _gap_rows(poses: PoseSequence, last: int) -> np.ndarray:
+    """(N,) rows before which `np.insert` puts one of NaN: behind each that another does not follow at the usual step,
+    which is of two frames where poses are of every second, and behind the last where frames go on to `last`."""
+    usual = np.median(np.diff(poses.frame_index)) if len(poses) > 1 else 1
+    return np.flatnonzero(np.diff(poses.frame_index, append=last + 1) > usual) + 1
+
+
+def _gaps_marked(poses: PoseSequence, rows: np.ndarray) -> PoseSequence:
+    """The poses with a row of NaN before each of `rows` (N,), as of `_gap_rows`."""
+    if not len(rows):  # a long take need not be copied
+        return poses
+    frame = np.insert(poses.frame_index, rows, poses.frame_index[rows - 1] + 1)
+    time_s = np.interp(frame, poses.frame_index, poses.times)
+    if frame[-1] > poses.frame_index[-1]:
+        time_s[-1] += 1 / poses.fps if len(poses) > 1 else 1e-3
+    return poses.on_frames(frame, time_s)

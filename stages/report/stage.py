@@ -9,20 +9,26 @@ from typing import ClassVar
 from markupsafe import Markup
 
 from ...pipeline.core.measures import Measure
+from ...pipeline.core.messages import how_many, rate_in_words
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
-from ...pipeline.running.sentences import NINE_IN_TEN, headlines
+from ...pipeline.running.sentences import NINE_IN_TEN, camera_motion, camera_words, headlines, length_of
 from ...pipeline.running.sentences import answer as answered
-from ..drawing.page import Tile, answer, page, small, tiles
+from ..drawing.page import Tile, answer, box, joined, page, small, table, tiles
+from ..drawing.provenance import provenance
 from .angles import angle_charts, ranges, sides_compared
 from .measures import happened
 from .player import skeleton_player
-from .sections import provenance_of, session_words
 from .trust import trust
 
 _RANGES = "Joint angles: the lowest and the highest of nine in ten frames that show them."
 _UNKNOWN = "Where an angle has no ±, its error is not known."
+_MOST = 40  # notices of one kind
+_HEADINGS = {  # where not the person's own
+    "camera": "towards the camera, and to the camera's left",
+    "world": "those of the file's world",
+}
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ def report(take: Take) -> str:
     take.need("rectified")
     give_memory_back()
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
-    head = session_words(take) + answer(answered(take, sides_compared(measures)) or withheld)
+    head = _session(take) + answer(answered(take, sides_compared(measures)) or withheld)
     head += tiles(Tile(*each, large=True) for each in headlines(take)) + _first_notes(take)
     head += skeleton_player(take) + trust(take)
     several = len(poses) > 1  # charts over time of one frame are empty
@@ -63,9 +69,23 @@ def report(take: Take) -> str:
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("Movements", happened(measures, poses.frame.metric)),
         ("Joint angles over time" if several else "Joint angles", angle_charts(take)),
-        ("Input and steps", provenance_of(take)),
+        ("Input and steps", _inputs(take)),
     ]
     return page(take.title, head, sections, folded=True)
+
+
+def _session(take: Take) -> Markup:
+    """Whom and what the page is about, under its title: person and date, if given, the take's name, its length and the
+    camera."""
+    motion = camera_motion(take) if len(take.need("poses")) > 1 else ""
+    parts = [
+        f"Person {take.session.person_id}" if take.session.person_id else "",
+        take.session.date,
+        take.name if take.name != take.title else "",
+        length_of(take),
+        f"camera {motion}" if motion else "",
+    ]
+    return small(" · ".join(part for part in parts if part))
 
 
 def _first_notes(take: Take) -> Markup:
@@ -76,3 +96,29 @@ def _first_notes(take: Take) -> Markup:
     notes += [_UNKNOWN] * (not all("±" in words for words in shown))
     notes += [each.text for each in take.notices if each.code == "no-scale" and not each.warns]
     return small(" ".join(notes)) if notes and take.figures else Markup("")
+
+
+def _inputs(take: Take) -> Markup:
+    """Inputs, how they were read and versions, as in every file of the run, how the camera stands and which way front
+    is; then the repairs and the notes."""
+    poses, rectified = take.need("poses"), take.need("rectified")
+    lines = {
+        "poses": f"person {poses.person}, frames {poses.frame_index[0]} to {poses.frame_index[-1]}, {poses.frame}",
+        "rectified": f"{rectified.turned.sum()} of {how_many(len(poses), 'frame')}",
+    }
+    if not rectified.in_world:
+        relative = "; front and right are relative to it" if rectified.camera == "moving" else ""
+        lines["camera"] = f"it {camera_words(take)}{relative}"
+        lines["front and right"] = _HEADINGS.get(rectified.level_heading, "the person's own")
+    if (video := take.video) is not None:
+        turned = f", turned by {video.rotation_deg}°" if video.rotation_deg else ""
+        lines["video"] = (
+            f"{video.width} x {video.height} pixels, {how_many(len(video.time_s), 'frame')}"
+            f"{rate_in_words(video.fps, ' at ')}, {video.codec}{turned}"
+        )
+    shown = {name: text for name, text in provenance(take).items() if not name.startswith("warning")}
+    boxes = []
+    for title, texts in (("Repairs", take.texts("repair")), ("Notes", take.texts("note"))):
+        more = [f"and {len(texts) - _MOST} more, in summary.json"] * (len(texts) > _MOST)
+        boxes.append(box(title, [*texts[:_MOST], *more]))
+    return table(("", ""), [*(shown | lines).items()]) + joined(boxes)

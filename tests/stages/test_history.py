@@ -8,7 +8,7 @@ import pcnet3d
 # Pages and files that show it. stages/study is judged by its own tests.
 SHOW = {
     "stages/drawing/provenance.py",
-    "stages/export/netcdf.py",
+    "stages/export/writers.py",
     "stages/export/stage.py",
 }
 
