@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.figures import FIGURES, GROUPS, OF_LENGTH, TOGETHER, UNITS, WITHHELD, label_of
 from ...pipeline.core.measures import SD_90, Measure, Measures, Moments, Remark
-from ...pipeline.core.measures import Curve as MeanCurve
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ..drawing.page import Cell, Soft, Tile, charts, figure, heading, joined, small, table, tiles
 
@@ -133,28 +132,16 @@ def _cell(row: Measure | None) -> Cell:
 
 
 def _curves(group: Measures) -> Markup:
-    """Curves over a cycle; of a walk with the toe-off of each side."""
-    if group.path != ("walking",):
-        return cycle_charts(group.curves)
-    stance = {side: group.group(side).value("mean_stance") for side in _SIDES}
-    shown = cycle_charts(
-        group.curves, "gait cycle (%)", {side: at for side, at in stance.items() if at is not None}
-    )
-    return heading("Gait cycle", 4) + small(_CYCLE) + shown if shown else shown
-
-
-def cycle_charts(
-    curves: Iterable[MeanCurve], over: str = "cycle (%)", marks: Mapping[str, float] | None = None
-) -> Markup:
-    """A chart of each angle's mean curve and the band that holds nine in ten, both sides in one. over: what the curves
-    run over; marks: where on that an upright line stands, by side."""
+    """A chart of each angle's mean curve over a cycle and the band that holds nine in ten, both sides in one; of a walk
+    with the toe-off of each side."""
+    walks = group.path == ("walking",)
     drawn: dict[str, list[tuple[Curve, str]]] = {}
-    for each in curves:
+    for each in group.curves:
         side = each.side or label_of(each.angle)
         margin = None if each.sd_deg is None else SD_90 * np.array(each.sd_deg, dtype=np.float64)
         mean = np.array(each.mean_deg, dtype=np.float64)
-        colour = _SIDES.get(side, MIDDLE)
-        curve = Curve(side, mean, colour, margin, side == "left", mark=(marks or {}).get(side))
+        toe_off = group.group(side).value("mean_stance") if walks and each.side else None
+        curve = Curve(side, mean, _SIDES.get(side, MIDDLE), margin, side == "left", mark=toe_off)
         both = each.angle[2:] if each.side else each.angle
         drawn.setdefault(both, []).append((curve, f"{side}: n = {each.count}"))
     figures = []
@@ -162,9 +149,11 @@ def cycle_charts(
         both = [curve for curve, _ in parts]
         title = f"{label_of(name)} (°)".capitalize()
         share = np.linspace(0, 100, len(both[0].values))
+        over = "gait cycle (%)" if walks else "cycle (%)"
         chart = over_time(both, share, f"{title} over a cycle", over)
         about = "; ".join(sentence for _, sentence in parts)
         spread = any(curve.margin is not None for curve in both)
         band = f"; band: nine in ten of them ({SD_90} standard deviations)" if spread else ""
         figures.append(figure(chart, title, f"Mean ({about}){band}."))
-    return charts(figures)
+    shown = charts(figures)
+    return heading("Gait cycle", 4) + small(_CYCLE) + shown if shown and walks else shown
