@@ -294,10 +294,8 @@ def read_measures(figures: Mapping[str, Any]) -> Measures:
     try:
         return Measures(tuple(_rows(figures)))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(
-            "file-damaged",
-            f"Expected the measures of summary.json as a run writes them, got {error!r}; run the take again.",
-        ) from None
+        what = f"its measures are not as this version writes them: {error}"
+        raise InputError("file-damaged", what) from None
 
 
 def _rows(figures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[Row]:

@@ -48,17 +48,10 @@ def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str,
     InputError for an unknown option, one that is missing, or a value of another type.
     """
     given = checked(function, *args, what=what, options=options)
-    missing = [
-        parameter.name
-        for parameter in _parameters(function, args)
-        if parameter.default is parameter.empty
-        and parameter.kind is not parameter.VAR_KEYWORD
-        and parameter.name not in given
-    ]
-    if missing:
-        raise InputError(
-            "needs-input", f"{what} needs the option{'s' * (len(missing) > 1)} {', '.join(missing)}."
-        )
+    try:
+        inspect.signature(function).bind(*args, **given)
+    except TypeError as error:
+        raise InputError("needs-input", f"{what}: {error}; give it as an option.") from None
     return function(*args, **given)
 
 
@@ -67,16 +60,16 @@ def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[s
     InputError for an unknown option or a value of another type."""
     from pydantic import ConfigDict, PydanticUserError, TypeAdapter, ValidationError
 
-    parameters = _parameters(function, args)
-    open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)
+    parameters = list(inspect.signature(function).parameters.values())[len(args) :]
     names = {parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD}
-    hints = option_types(function)
+    hints, open_ended = option_types(function), len(names) < len(parameters)
     values, finite = {}, ConfigDict(allow_inf_nan=False)
     for name, value in options.items():
         if name not in names and not open_ended:
             raise InputError("name-unknown", f"{what} has no option '{name}'; {did_you_mean(name, names)}")
-        listed = value.split(",") if isinstance(value, str) and _is_tuple(hints.get(name)) else value
         hint = hints.get(name, Any)
+        kinds = [get_origin(part) or part for part in (hint, *get_args(hint))]
+        listed = value.split(",") if isinstance(value, str) and tuple in kinds else value
         try:
             adapter = TypeAdapter(hint, config=finite)
         except PydanticUserError:  # of a type that has a configuration of its own
@@ -93,11 +86,3 @@ def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[s
 def option_types(function: Callable[..., Any]) -> dict[str, Any]:
     """The types of a function's or a class's options by name."""
     return get_type_hints(function.__init__ if inspect.isclass(function) else function)
-
-
-def _parameters(function: Callable[..., Any], args: tuple[Any, ...]) -> list[inspect.Parameter]:
-    return list(inspect.signature(function).parameters.values())[len(args) :]
-
-
-def _is_tuple(hint: Any) -> bool:
-    return tuple in (get_origin(part) or part for part in (hint, *get_args(hint)))

@@ -67,14 +67,13 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         there = "a device or a pipe" if path.exists() else "nothing"
         raise InputError("cannot-open", f"Expected a file or folder at {path}, found {there} there.")
     candidates = adapters(gives)
-    if name != "auto":
-        if name not in candidates:
-            if name not in adapters():
-                registry.load("adapters", name)  # says that there is none, or what is wrong with it
-            raise InputError(
-                "name-unknown", f"There is no adapter '{name}' for {gives}; {did_you_mean(name, candidates)}"
-            )
+    if name in candidates:
         return candidates[name]
+    if name != "auto":
+        registry.load("adapters", name)  # says that there is none, or what is wrong with it
+        raise InputError(
+            "name-unknown", f"There is no adapter '{name}' for {gives}; {did_you_mean(name, candidates)}"
+        )
     fits = [adapter for adapter in candidates.values() if recognises(adapter, path)]
     if gives is None:  # a folder of a vis.py holds both its 2D input and its 3D output
         fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits

@@ -30,6 +30,7 @@ from ..signals.checks import (
 from ..signals.swaps import Swap, find_swaps, notices_of, wrong_rows
 
 _ENOUGH = limit("rows.tell")
+_SIDES = {"wrong": "mirrored", "legs against arms": "legs-against-arms", "doubtful": "left-and-right"}
 UNNUMBERED = (
     "which video frames its rows belong to; they are counted from 0"  # of a file that does not say it
 )
@@ -88,18 +89,16 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]
 
 def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
     """What the body shows. poses: H36M17 relative to the pelvis, in CAMERA or a world's axes. unit: of their file."""
-    few = [notice("too-few-frames")] if len(_complete(poses)) < limit("too-few-frames.rows") else []
-    return [
-        *few,
-        *_depth(poses),
-        *_averaged(poses),
-        *_bones(poses),
-        *_handedness(poses),
-        *_stature(poses, unit),
-        *(upside_down(poses) or on_its_side(poses)),
-        *_leaps(poses),
-        *_seams(poses),
-    ]
+    found = [notice("too-few-frames")] if len(_complete(poses)) < limit("too-few-frames.rows") else []
+    found += [*_depth(poses), *_averaged(poses), *_bones(poses)]
+    if (sides := chirality(poses)).verdict != "good":
+        found.append(notice(_SIDES[sides.verdict], evidence=str(sides)))
+    found += [*_stature(poses, unit), *(upside_down(poses) or on_its_side(poses))]
+    if len(rows := leaps(poses)):
+        found.append(notice("leaps", count=len(rows), first=int(poses.frame_index[rows[0]])))
+    if poses.seams:
+        found.append(notice("seam", weight="note", where=f"at row {first_few(poses.seams)}"))
+    return found
 
 
 def _complete(poses: PoseSequence) -> np.ndarray:
@@ -193,14 +192,6 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     return [notice("bones", weight=weight, worst=" to ".join(map(label_of, worst.split("-"))), **percent)]
 
 
-def _handedness(poses: PoseSequence) -> list[Notice]:
-    evidence = chirality(poses)
-    if evidence.verdict == "good":
-        return []
-    codes = {"wrong": "mirrored", "legs against arms": "legs-against-arms", "doubtful": "left-and-right"}
-    return [notice(codes[evidence.verdict], evidence=str(evidence))]
-
-
 def _stature(poses: PoseSequence, unit: str) -> list[Notice]:
     stature = implied_stature(poses.joints)
     least_m, most_m = limit("stature.adults")
@@ -208,15 +199,3 @@ def _stature(poses: PoseSequence, unit: str) -> list[Notice]:
         return []
     weight: Weight = "suspicious" if STATURES_M[0] < stature < STATURES_M[1] else "unusable"
     return [notice("stature", weight=weight, stature_m=stature, unit=unit)]
-
-
-def _leaps(poses: PoseSequence) -> list[Notice]:
-    rows = leaps(poses)
-    if not len(rows):
-        return []
-    return [notice("leaps", count=len(rows), first=int(poses.frame_index[rows[0]]))]
-
-
-def _seams(poses: PoseSequence) -> list[Notice]:
-    where = f"at row {first_few(poses.seams)}"
-    return [notice("seam", weight="note", where=where)] if poses.seams else []

@@ -100,9 +100,8 @@ def read_all(
     to the pelvis, whose own way is `root` where the source knows it; 2D in IMAGE, in the detector's layout. Raises
     InputError.
     """
-    told = Told(handedness=handedness, check=check)
-    source = load(Path(path), adapter, gives, options)
-    return tuple(_clocked(source.normalised(person, fps, told), path) for person in source.people)
+    source, told = load(Path(path), adapter, gives, options), Told(handedness=handedness, check=check)
+    return tuple(_clocked(source, person, fps, told) for person in source.people)
 
 
 def read(
@@ -121,16 +120,15 @@ def read(
     Other arguments are those of read_all. What is wrong with the others does not matter. InputError when there are
     several and none is named.
     """
-    told = Told(handedness=handedness, check=check)
-    source = load(Path(path), adapter, gives, options)
-    chosen = choose_person(source.people, person, str(path))
-    return _clocked(source.normalised(chosen, fps, told), path)
+    source, told = load(Path(path), adapter, gives, options), Told(handedness=handedness, check=check)
+    return _clocked(source, choose_person(source.people, person, str(path)), fps, told)
 
 
-def _clocked(poses: PoseSequence, path: str | Path) -> PoseSequence:
-    """The poses; InputError for times that no recording has."""
+def _clocked(source: Source, person: PoseSequence, fps: float | None, told: Told) -> PoseSequence:
+    """One of the people, `normalised`; InputError for times that no recording has."""
+    poses = source.normalised(person, fps, told)
     if poses.time_s is not None:
-        check_times(poses.time_s, str(path))
+        check_times(poses.time_s, str(source.path))
     return poses
 
 

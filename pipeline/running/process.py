@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 from ..core.errors import InputError
-from ..core.layouts import Layout
+from ..core.layouts import Layout, layout_named
 from ..core.take import Take
 from ..reading.given import Meaning, source_of
 from ..reading.settings import RunOptions
 from .plan import planned
 from .recipe import Recipe
 from .run import run_files, run_in_memory
-
-_OPTION = {"detect": "detector", "lift": "lifter"}  # of the stages of these names
 
 
 def process(
@@ -59,48 +56,31 @@ def process(
         )
     given: dict[Literal["poses", "keypoints"], Any] = {"poses": poses, "keypoints": keypoints}
     files = {role: each for role, each in given.items() if isinstance(each, str | Path)}
-    networks = {"detect": detect, "lift": lift}
-    functions = {stage: network for stage, network in networks.items() if callable(network)}
-    names = {_OPTION[stage]: str(each) for stage, each in networks.items() if each and not callable(each)}
-    path, recipe = (None, recipe) if isinstance(recipe, Recipe) else (recipe, None)
-    run_options = RunOptions(video=video, recipe=path, **files, **names, **options)
-    meaning = Meaning(axes, joints, unit)
-    meanings = {"poses": meaning, "keypoints": Meaning(joints=keypoint_joints)}
-    in_memory = {
-        role: source_of(role, each, meanings[role], run_options.told)
-        for role, each in given.items()
-        if each is not None and role not in files
+    held: dict[Literal["poses", "keypoints"], Any] = {
+        role: each for role, each in given.items() if each is not None and role not in files
     }
-    labels = {role: source.path for role, source in in_memory.items()}
-    run_options = run_options.with_(in_memory=in_memory, **labels)
-    chosen = _with_functions(planned(run_options, recipe), functions)
-    if "poses" not in in_memory:
-        if "lift" in functions and unit is not None:
-            chosen, meaning = chosen.with_options("lift", unit=unit), replace(meaning, unit=None)
-        meaning.refuse()
-    if keypoint_joints is not None and "keypoints" not in in_memory:
-        if "detect" not in functions:
-            raise InputError(
-                "option-conflict",
-                "keypoint_joints is for keypoints in memory or by a function; of a file give "
-                'settings={"keypoints.layout": NAME}.',
-            )
-        name = keypoint_joints if isinstance(keypoint_joints, str) else keypoint_joints.name
-        chosen = chosen.with_options("detect", joints=name)
+    meanings = {"poses": Meaning(axes, joints, unit), "keypoints": Meaning(joints=keypoint_joints)}
+    of_stages: dict[str, Any] = {"detect.detector": detect, "lift.lifter": lift}
+    if "poses" not in held:
+        Meaning(axes, joints).refuse()
+        of_stages["lift.unit"] = unit
+    if "keypoints" not in held and keypoint_joints is not None:
+        of_stages["detect.joints"] = layout_named(keypoint_joints).name
+    path, recipe = (None, recipe) if isinstance(recipe, Recipe) else (recipe, None)
+    run_options = RunOptions(video=video, recipe=path, **files, **options)
+    settings = {
+        name: str(each) if isinstance(each, Path) else each for name, each in of_stages.items() if each
+    }
+    in_memory = {role: source_of(role, each, meanings[role], run_options.told) for role, each in held.items()}
+    run_options = run_options.with_(
+        settings={**run_options.settings, **settings},
+        in_memory=in_memory,
+        **{role: source.path for role, source in in_memory.items()},
+    )
     if output is not None:
-        return run_files(run_options, output, chosen, force=force)
+        return run_files(run_options, output, recipe, force=force)
     if run_options.also:
         raise InputError(
             "option-conflict", "Without output no files are written: give it, or leave also out."
         )
-    return run_in_memory(run_options, chosen)
-
-
-def _with_functions(recipe: Recipe, functions: dict[str, Any]) -> Recipe:
-    """With functions, by the stage whose network they replace."""
-    for stage, function in functions.items():
-        if not recipe.has(stage):
-            others = "keypoints and poses" if stage == "detect" else "poses"
-            raise InputError("option-conflict", f"{stage} is for a run without {others}; leave it out.")
-        recipe = recipe.with_options(stage, **{_OPTION[stage]: function})
-    return recipe
+    return run_in_memory(run_options, planned(run_options, recipe))

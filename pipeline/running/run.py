@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from ..core.device import Placement, computing_on
 from ..core.errors import InputError
 from ..core.pose import package_version
@@ -21,7 +19,6 @@ from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions, flag_of
 from ..reading.take import Person, open_people, open_take
-from ..signals.filters import rate
 from .plan import planned
 from .recipe import Recipe
 from .runner import run_together
@@ -90,18 +87,18 @@ def run_people(
                 "at a time.",
             )
     recipe, kept = _kept(planned(options, recipe), output, resume, everybody), checkpoint_of(output)
-    with whole_folder(output, force, inputs_of(options, recipe)) as folder:
+    inputs = inputs_of(options, recipe)
+    with whole_folder(output, force, inputs) as folder, computing_on(options.device) as placement:
         if recipe.has("record"):
             _require_space_of_video(folder, options)
         if everybody and recipe.has("detect"):
             options, recipe = _detected(folder, options, recipe, done), recipe.without("detect")
-        with computing_on(options.device) as placement:
-            _aimed(recipe, folder).build()  # refused before anything is read
-            start = time.perf_counter()
-            people = [*open_people(options)] if everybody else [Person("", 0, open_take(options))]
-            done("read", time.perf_counter() - start)
-            give_memory_back()
-            runs = _processed(people, folder, recipe, placement, done, everybody)
+        _aimed(recipe, folder).build()  # refused before anything is read
+        start = time.perf_counter()
+        people = [*open_people(options)] if everybody else [Person("", 0, open_take(options))]
+        done("read", time.perf_counter() - start)
+        give_memory_back()
+        runs = _processed(people, folder, recipe, placement, done, everybody)
     kept.unlink(missing_ok=True)
     return runs
 
@@ -116,8 +113,7 @@ def _require_space_of_video(folder: Path, options: RunOptions) -> None:
 def _detected(folder: Path, options: RunOptions, recipe: Recipe, done: Done) -> RunOptions:
     """The options of a run of everybody whom the recipe's stage `detect` finds in the video, with the file of keypoints
     that it writes into the folder."""
-    with computing_on(options.device):
-        take = recipe.only("detect").with_options("detect", folder=folder).build()(open_take(options), done)
+    take = recipe.only("detect").with_options("detect", folder=folder).build()(open_take(options), done)
     if any(each.code == "interrupted" for each in take.notices):
         raise KeyboardInterrupt
     return options.with_(keypoints=folder / KEYPOINTS)
@@ -136,7 +132,6 @@ def _processed(
     pipelines = {i: _aimed(recipe, folder / name).build() for i, name in folders.items()}
     scenes: dict[int, list[int]] = {}
     for i in takes:
-        pipelines[i].check_rate(_frame_rate(takes[i]))
         keypoints = takes[i].keypoints
         scenes.setdefault(keypoints.scene if keypoints else 0, []).append(i)
     for scene in scenes.values():
@@ -200,10 +195,8 @@ def run_in_memory(options: RunOptions, recipe: Recipe) -> Take:
     for stage in WRITERS:
         recipe = recipe.without(stage)
     with computing_on(options.device):
-        pipeline = recipe.build()
-        take = open_take(options)
-        pipeline.check_rate(_frame_rate(take))
-        return pipeline(take)
+        pipeline = recipe.build()  # refused before anything is read
+        return pipeline(open_take(options))
 
 
 def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
@@ -213,16 +206,6 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     options_of_all = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
     named = [path for each in options_of_all for name, path in files_among(each).items() if name not in _LEFT]
     return [path for path in files if path and path.exists()] + named
-
-
-def _frame_rate(take: Take) -> float:
-    """Video frames a second, as stages will have them; NaN where there is one only."""
-    if (rows := take.rows) is not None:
-        step = np.diff(rows.frame_index)
-        return rate(rows.times) * float(np.median(step)) if len(step) else float("nan")
-    video, fps = take.need("video"), take.told.fps
-    first, last = video.span
-    return rate(video.time_s[first : last + 1]) if fps is None else fps
 
 
 def _kept(recipe: Recipe, output: Path, resume: bool, everybody: bool) -> Recipe:

@@ -15,6 +15,7 @@ from ..core.system import give_memory_back
 from ..core.take import Take
 from ..plugins.protocols import Stage
 from ..reading.guard import looked_at
+from ..signals.filters import rate
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,9 @@ class Pipeline:
 
     def check(self, take: Take) -> None:
         """Raise InputError when a stage needs something that neither the take nor an earlier stage gives, changes
-        something that an earlier stage has already used, or cannot work with the unit of the poses."""
-        unit = take.poses.frame.unit if take.poses is not None else ""
+        something that an earlier stage has already used, or cannot work with the unit of the poses or the rate of the
+        frames."""
+        unit, fps = take.poses.frame.unit if take.poses is not None else "", _frame_rate(take)
         filled = {field.name for field in fields(Take) if getattr(take, field.name) is not None}
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
@@ -47,13 +49,9 @@ class Pipeline:
             filled.update(stage.gives)
             _asked(stage, "check_told", take.told)
             _asked(stage, "check_unit", unit)
+            _asked(stage, "check_rate", fps)
             if "poses" in stage.gives:
                 unit = _asked(stage, "unit_of", unit, take.told) or ""
-
-    def check_rate(self, fps: float) -> None:
-        """Raise InputError when a stage cannot work at this frame rate of the video."""
-        for stage in self.stages:
-            _asked(stage, "check_rate", fps)
 
     def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
         """The take after every stage; `done(stage name, seconds)` is called after each."""
@@ -95,6 +93,18 @@ def run_together(
         going.clear()
         give_memory_back()
     return results
+
+
+def _frame_rate(take: Take) -> float:
+    """Video frames a second, as stages will have them; NaN where that is not known, and where there is one only."""
+    if (rows := take.rows) is not None:
+        if rows.time_s is None or len(rows) < 2:
+            return float("nan")
+        return rate(rows.times) * float(np.median(np.diff(rows.frame_index)))
+    if take.told.fps is not None or take.video is None:
+        return take.told.fps or float("nan")
+    first, last = take.video.span
+    return rate(take.video.time_s[first : last + 1])
 
 
 def _asked(stage: Stage, method: str, *arguments: Any) -> Any:

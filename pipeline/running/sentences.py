@@ -83,11 +83,15 @@ def length_of(take: Take) -> str:
 
 @dataclass(frozen=True)
 class _Movement:
-    """A movement that was made `count` times, in a sentence without its figures and one with them."""
+    """A movement that was made `count` times: what was done, and how its sentence goes on with its figures."""
 
-    count: int
-    short: str
-    full: str
+    count: Measure
+    what: str
+    figures: str = ""
+
+    @property
+    def words_of_figures(self) -> int:
+        return len((self.what + self.figures).split()) - len(self.what.split())
 
 
 def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
@@ -96,14 +100,15 @@ def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
     there is room. Nothing of a take without measures."""
     if not take.measures:
         return []
-    metric = take.need("poses").frame.metric
-    movements = sorted(_movements(take.measures, metric), key=lambda each: -each.count)
-    spare = _MOST_WORDS - sum(len(each.short.split()) for each in movements)
+    movements = sorted(
+        _movements(take.measures, take.need("poses").frame.metric), key=lambda each: -each.count.value
+    )
+    spare = _MOST_WORDS - sum(len(each.what.split()) for each in movements)
     moved = []
     for each in movements:
-        figures = len(each.full.split()) - len(each.short.split())
-        moved.append(each.full if figures <= spare else each.short)
-        spare -= figures * (figures <= spare)
+        fits = each.words_of_figures <= spare
+        spare -= each.words_of_figures * fits
+        moved.append(f"{each.what}{each.figures * fits}.")
     sentences, room = [], _MOST_WORDS
     for sentence in [*(moved or _ranges(take.measures)), *further]:
         if len(sentence.split()) <= room:
@@ -122,40 +127,34 @@ def headlines(take: Take) -> list[tuple[str, str]]:
 
 
 def _movements(measures: Measures, metric: bool) -> Iterator[_Movement]:
-    yield from _walked(measures.group("walking"), metric)
-    yield from _bent(measures.group("knee_bends"))
-    yield from _raised(measures.group("arm_raises"))
-    jumps = measures.group("jumps")
-    if count := jumps.figure("count"):
-        yield _counted(count, _many(count, "jump"), [jumps], "height_by_flight_time")
-
-
-def _walked(walking: Measures, metric: bool) -> Iterator[_Movement]:
-    steps = walking.figure("steps")
-    if steps is None:
-        return
-    sentence = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
-    if walking.count("walks") == 1 and (lasts_s := walking.value("walked")):
-        sentence += f" in {lasts_s:.1f} s"
-    if ends := walking.text("not_visible"):
-        sentence += f" ({ends} not visible)"
-    figures = [row for name in ("cadence", "walking_speed")[: 1 + metric] if (row := walking.figure(name))]
-    none_stated = all(row.error is None for row in figures)
-    clauses = [
-        f"{row.about.label} {row.in_words(UNITS[row.unit].page.format('m'))}{'' if none_stated else _unknown([row])}"
-        for row in figures
-    ]
-    told = f"{', '.join(clauses).capitalize()}{_unknown(figures) if none_stated else ''}."
-    yield _Movement(int(steps.value), f"{sentence}.", f"{sentence}. {told}" if clauses else f"{sentence}.")
-
-
-def _bent(bends: Measures) -> Iterator[_Movement]:
+    walking, bends, jumps = (measures.group(name) for name in ("walking", "knee_bends", "jumps"))
+    if steps := walking.figure("steps"):
+        yield _walked(walking, steps, metric)
     count, squats = bends.figure("count"), bends.figure("squats")
     if count:
         every = squats is not None and squats.value == count.value
         some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
         what = f"{_many(count, 'squat' if every else 'knee bend')}{some}"
         yield _counted(count, what, [bends], "peak", " of both knees")
+    yield from _raised(measures.group("arm_raises"))
+    if count := jumps.figure("count"):
+        yield _counted(count, _many(count, "jump"), [jumps], "height_by_flight_time")
+
+
+def _walked(walking: Measures, steps: Measure, metric: bool) -> _Movement:
+    what = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
+    if walking.count("walks") == 1 and (lasts_s := walking.value("walked")):
+        what += f" in {lasts_s:.1f} s"
+    if ends := walking.text("not_visible"):
+        what += f" ({ends} not visible)"
+    figures = [row for name in ("cadence", "walking_speed")[: 1 + metric] if (row := walking.figure(name))]
+    none_stated = all(row.error is None for row in figures)
+    clauses = [
+        f"{row.about.label} {row.in_words(UNITS[row.unit].page.format('m'))}{'' if none_stated else _unknown([row])}"
+        for row in figures
+    ]
+    told = f". {', '.join(clauses).capitalize()}{_unknown(figures) if none_stated else ''}"
+    return _Movement(steps, what, told if clauses else "")
 
 
 def _raised(arms: Measures) -> Iterator[_Movement]:
@@ -181,14 +180,12 @@ def _together(right: Measures, left: Measures) -> bool:
 def _counted(
     count: Measure, what: str, groups: Sequence[Measures], figure: str, whose: str = ""
 ) -> _Movement:
-    """A sentence such as "3 squats, peak of both knees 95 to 102 ± 11°.", with that figure of all repetitions
-    that have it."""
+    """Such as "3 squats, peak of both knees 95 to 102 ± 11°", with that figure of all repetitions that have it."""
     rows = [row for group in groups for row in group.repetitions(figure)]
     if not rows:
-        return _Movement(int(count.value), f"{what}.", f"{what}.")
+        return _Movement(count, what)
     some = f" ({len(rows)} of them)" if len(rows) < sum(group.count() for group in groups) else ""
-    figures = f"{rows[0].about.label}{whose}{some} {spread(rows)}{_unknown(rows)}"
-    return _Movement(int(count.value), f"{what}.", f"{what}, {figures}.")
+    return _Movement(count, what, f", {rows[0].about.label}{whose}{some} {spread(rows)}{_unknown(rows)}")
 
 
 def _many(count: Measure, what: str) -> str:

@@ -124,7 +124,7 @@ def test_a_notice_of_another_version_says_what_the_run_said(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "damage", ["no poses", "nested", "measures", "frames", "text", "cut", "rows", "camera"]
+    "damage", ["no poses", "nested", "measures", "figure", "frames", "text", "cut", "rows", "camera"]
 )
 def test_what_is_no_finished_run_has_one_sentence(run, tmp_path, damage):
     folder = tmp_path / "out"
@@ -136,6 +136,8 @@ def test_what_is_no_finished_run_has_one_sentence(run, tmp_path, damage):
             (folder / "poses.npz").unlink()
         case "measures":
             summary["measures"] = [1]
+        case "figure":  # that the next version has no more
+            summary["measures"] = {"walking": {"backward_steps": 3}}
         case "frames":
             summary["poses"]["frame"]["axes"] = ["up", "up", "up"]
         case "camera":

@@ -146,38 +146,34 @@ def test_of_another_packages_lifter_is_said_what_it_says(register, take):
     assert lifted.history[-1].name == "lift" or lifted.history[-2].name == "lift"
 
 
-@pytest.mark.parametrize("takes", [("up",), ()])
-def test_another_packages_lifter_is_told_up_if_it_takes_it(register, take, monkeypatch, takes):
-    toy, up = Toy(*takes), np.array([0.0, -1.0, 0.0])
-    monkeypatch.setattr(stage_of_lift, "_known_up", lambda take, poses: up)
-    lifted_by(register, toy, take)
-    assert [asked.up is None for asked in toy.asked] == ([True, False] if takes else [True])
+LENS = Intrinsics((400.0, 400.0), (200.0, 150.0), (-0.3, 0.05, 0.0, 0.0), image_size=(400, 300))
 
 
-@pytest.mark.parametrize("takes", [("guessed focal",), ()])
-def test_a_guessed_focal_length_is_given_to_who_takes_it(register, take, takes):
-    toy = Toy(*takes)
-    lifted_by(register, toy, take.with_(camera=Camera((400, 300), 300.0, 90.0, "prior")))
-    (asked,) = toy.asked
-    assert (asked.focal_px, asked.focal_known) == (300.0 if takes else None, False)
-
-
-@pytest.mark.parametrize("takes", [("gaps",), ()])
-def test_joints_out_of_the_image_are_left_out_for_who_takes_gaps(register, take, takes):
-    toy, joints = Toy(*takes), take.keypoints.joints.copy()
+@pytest.mark.parametrize("it_takes", [True, False])
+@pytest.mark.parametrize("what", ["up", "guessed focal", "gaps", "images"])
+def test_another_packages_lifter_is_given_what_it_takes(register, take, monkeypatch, what, it_takes):
+    """Up; a guessed focal length; joints out of the image as missing ones; keypoints as they were filmed."""
+    joints = take.keypoints.joints.copy()
     joints[3:, 16] = [420, 100]
-    lifted_by(register, toy, take.with_(keypoints=take.keypoints.with_(joints=joints)))
-    assert np.isnan(toy.asked[0].keypoints.joints[3, 16]).all() == bool(takes)
-
-
-@pytest.mark.parametrize("takes", [("images",), ()])
-def test_who_looks_at_images_is_given_keypoints_as_they_were_filmed(register, take, takes):
-    toy = Toy(*takes)
-    lens = Intrinsics((400.0, 400.0), (200.0, 150.0), (-0.3, 0.05, 0.0, 0.0), image_size=(400, 300))
-    lifted_by(register, toy, take.with_(camera=Camera((400, 300), 400.0, 0.0, "told", intrinsics=lens)))
-    (asked,) = toy.asked
-    assert asked.intrinsics is lens
-    assert np.array_equal(asked.keypoints.joints, take.keypoints.joints) == bool(takes)
+    match what:
+        case "up":
+            monkeypatch.setattr(stage_of_lift, "_known_up", lambda take, poses: np.array([0.0, -1.0, 0.0]))
+        case "guessed focal":
+            take = take.with_(camera=Camera((400, 300), 300.0, 90.0, "prior"))
+        case "gaps":
+            take = take.with_(keypoints=take.keypoints.with_(joints=joints))
+        case "images":
+            take = take.with_(camera=Camera((400, 300), 400.0, 0.0, "told", intrinsics=LENS))
+    toy = Toy(*[what] * it_takes)
+    lifted_by(register, toy, take)
+    *_, asked = toy.asked
+    given = {
+        "up": asked.up is not None and len(toy.asked) == 2,
+        "guessed focal": asked.focal_px == 300.0 and not asked.focal_known,
+        "gaps": np.isnan(asked.keypoints.joints[3, 16]).all(),
+        "images": asked.intrinsics is LENS and np.array_equal(asked.keypoints.joints, take.keypoints.joints),
+    }
+    assert given[what] == it_takes
 
 
 @pytest.mark.parametrize(
@@ -203,26 +199,25 @@ def test_poses_in_other_joints_or_axes_are_no_lift(layout, frame):
         Lifted(poses, "toy@1", "toy", None, False)
 
 
+def answering(answer):
+    """A pipeline of a stage "toy" that answers so."""
+    stage = {"name": "toy", "needs": (), "gives": (), "__call__": lambda self, take: answer(take)}
+    return Pipeline((type("Toy", (), stage)(),))
+
+
 def test_a_stage_that_returns_no_take_is_named():
-    stage = SimpleNamespace(name="toy", needs=(), gives=())
-    nothing = type("Toy", (), {**vars(stage), "__call__": lambda self, take: None})()
-    with pytest.raises(InputError, match="a take from stage 'toy', got NoneType"):
-        Pipeline((nothing,))(Take("toy"))
-    (end,) = run_together([Pipeline((nothing,))], [Take("toy")])
+    with refused("plugin-broken", "a take from stage 'toy', got NoneType"):
+        answering(lambda take: None)(Take("toy"))
+    (end,) = run_together([answering(lambda take: None)], [Take("toy")])
     assert "got NoneType" in str(end)
 
 
 @pytest.mark.parametrize("columns", [{"sway": np.zeros(19)}, {"sway": np.zeros((20, 1))}])
 def test_a_stage_that_adds_a_column_of_another_length_is_named(columns):
     """The stage `export` ended with a traceback of pyarrow's, for a fault that it has not."""
-    adding = type(
-        "Toy",
-        (),
-        {"name": "toy", "needs": (), "gives": (), "__call__": lambda _, t: t.with_(kinematics=columns)},
-    )
     poses = PoseSequence(np.zeros((20, 17, 3)), H36M17, CAMERA)
     with refused("plugin-broken", "toy", "sway", columns["sway"].shape):
-        Pipeline((adding(),))(Take("toy", poses=poses))
+        answering(lambda take: take.with_(kinematics=columns))(Take("toy", poses=poses))
 
 
 @pytest.mark.parametrize(
@@ -265,31 +260,38 @@ def test_a_detector_of_another_package_takes_no_person_detector(register):
         load_detector("toy", "yolox")
 
 
+def writer(file, **more):
+    return SimpleNamespace(file=file, what="a toy", write=lambda take, path: None, **more)
+
+
 def test_another_packages_writer_is_checked_before_the_work(register, tmp_path):
-    register("writers", SimpleNamespace(file="toy.txt", what="a toy", write=lambda take, path: None))
+    register("writers", writer("toy.txt"))
     assert {"name": "toy", "file": "toy.txt", "what": "a toy"} in registry.listed("writers")
     Export(tmp_path, also=("toy",))
 
     def check():
         raise InputError("bad-value", "The toy needs batteries.")
 
-    register("writers", SimpleNamespace(file="toy.txt", what="a toy", write=lambda *_: None, check=check))
+    register("writers", writer("toy.txt", check=check))
     with pytest.raises(InputError, match="batteries"):
         Export(tmp_path, also=("toy",))
     with pytest.raises(InputError, match=r"There is no writer 'c3f'; did you mean c3d\?"):
         Export(tmp_path, also=("c3f",))
 
 
-@pytest.mark.parametrize("file", ["poses.npz", "Summary.json", "take.rrd", "report.html", "keypoints.npz"])
-def test_a_writer_of_a_file_that_every_run_has_is_refused(register, tmp_path, file):
-    register("writers", SimpleNamespace(file=file, what="a toy", write=lambda take, path: None))
-    with pytest.raises(InputError, match=f"--also toy to write a file of its own, got {file}, which the run"):
-        Export(tmp_path, also=("toy",))
-
-
-def test_two_writers_of_one_file_are_refused(register, tmp_path):
-    register("writers", SimpleNamespace(file="kinematics.csv", what="a toy", write=lambda take, path: None))
-    with pytest.raises(InputError, match=r"--also toy .*got kinematics\.csv, which writer 'csv' writes"):
+@pytest.mark.parametrize(
+    ("file", "whose"),
+    [
+        *(
+            (name, "the run")
+            for name in ("poses.npz", "Summary.json", "take.rrd", "report.html", "keypoints.npz")
+        ),
+        ("kinematics.csv", "writer 'csv' writes"),
+    ],
+)
+def test_a_writer_of_a_file_that_is_anothers_is_refused(register, tmp_path, file, whose):
+    register("writers", writer(file))
+    with pytest.raises(InputError, match=f"--also toy to write a file of its own, got {file}, which {whose}"):
         Export(tmp_path, also=("csv", "toy"))
     Export(tmp_path, also=("csv", "csv"))
 
