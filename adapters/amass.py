@@ -12,20 +12,17 @@ from pathlib import Path
 
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.arrays import arrays_in
-from ..pipeline.files.markers import Up, read_joints
+from ..pipeline.files.markers import PARAMETERS, RATES, Up, read_joints
 from .kit.world import Maker, maker, people_of
 
 name = "amass"
 gives = "poses"
 reads = ".npz of AMASS with joints beside the parameters: metres, z up, SMPL's order or named"
 
-_PARAMETERS = {"poses", "trans", "betas"}
-_RATES = {"mocap_framerate", "mocap_frame_rate", "fps"}
-
 
 def sniff(path: Path) -> bool:
     held = arrays_in(path)
-    return held >= _PARAMETERS or ("joints" in held and bool(held & _RATES) and "clip_start" not in held)
+    return held >= PARAMETERS or ("joints" in held and bool(held & {*RATES}) and "clip_start" not in held)
 
 
 def read(

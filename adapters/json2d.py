@@ -13,6 +13,7 @@ certainty.
 from __future__ import annotations
 
 import reprlib
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from ..pipeline.core.layouts import COCO17, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
 from .kit.frames import first_person, frame_files, keypoints_of, name_of, people, surely_2d
-from .kit.json import beginning, entries, field, load
+from .kit.json import beginning, each, field
 from .kit.people import People
 
 name = "json2d"
@@ -94,11 +95,13 @@ def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]
     """Moment, annotation and place in the file of each of COCO's that has keypoints."""
     listed: dict[str, str] = {}  # names of images by their numbers
     images: dict[str, str] = {}  # and numbers by names, of those with people
-    content = load(path, _WHAT)
-    for i, image in enumerate(entries(field(content, "images", str(path)), str(path))):
+    content = defaultdict(list)
+    for key, element in each(path, _WHAT):
+        content[key].append(element)
+    for i, image in enumerate(content["images"]):
         where = f"{path}, image {i}"
         listed[str(field(image, "id", where))] = str(field(image, "file_name", where))
-    for i, entry in enumerate(entries(field(content, "annotations", str(path)), str(path))):
+    for i, entry in enumerate(content["annotations"]):
         where = f"{path}, annotation {i}"
         image = field(entry, "image_id", where)
         if str(image) not in listed:

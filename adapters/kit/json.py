@@ -73,15 +73,15 @@ def load(path: Path, what: str) -> Any:
 
 def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
     """The elements of a JSON file: of a list, and of JSON Lines, ("", element) of each; of an object (key, element) of
-    each value that is a list, COCO's list of images before all others, and (key, value) of anything else in it.
-    InputError as for `load`, and for anything else."""
+    each value that is a list, and (key, value) of anything else in it. InputError as for `load`, and for anything
+    else."""
     content = load(path, what)
     if not isinstance(content, list | dict):
         raise InputError(
             "format-unknown", f"{path}: expected a list or an object, got {reprlib.repr(content)}."
         )
     held = content if isinstance(content, dict) else {"": content}
-    for key, value in sorted(held.items(), key=lambda item: item[0] != "images"):
+    for key, value in held.items():
         if isinstance(value, list):
             yield from ((key, element) for element in value)
         else:
@@ -95,13 +95,6 @@ def field(entry: Any, key: str, where: str) -> Any:
             "wrong-content", f"{where}: expected an object with '{key}', got {reprlib.repr(entry)}."
         )
     return entry[key]
-
-
-def entries(values: Any, where: str) -> list[Any]:
-    """The values if they are a list; otherwise InputError."""
-    if not isinstance(values, list):
-        raise InputError("wrong-content", f"{where}: expected a list, got {reprlib.repr(values)}.")
-    return values
 
 
 def numbers(values: Any, where: str) -> np.ndarray:

@@ -44,6 +44,11 @@ class OnnxFile:
         return np.dtype(_DTYPES[name])
 
     @property
+    def stated(self) -> dict[str, str]:
+        """What the file says of itself, by name."""
+        return self.session.get_modelmeta().custom_metadata_map
+
+    @property
     def looks(self) -> str:
         """Inputs and outputs in words, for a message."""
         return f"inputs {_in_words(self.inputs)}; outputs {_in_words(self.outputs)}"

@@ -13,8 +13,8 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import COCO17, Layout
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.plugins.registry import open_model
-from ...pipeline.reading.given import layout_in_2d, numbers
-from ..common.function import failed, name_of
+from ...pipeline.reading.given import layout_in_2d
+from ..common.function import answer_of, failed, name_of
 from ..common.onnx import open_onnx
 from .networks import MoveNet, PersonBoxes, SimCC
 from .protocols import CropNetwork, Detector, Found
@@ -41,26 +41,18 @@ class FunctionDetector:
 
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says. InputError where the function raises, or answers something else."""
-        try:
-            answer = self._function(image)
-        except Exception as error:
-            raise failed("detect", self._function, error) from error
-        if answer is None:
+        points = answer_of("detect", self._function, "keypoints", image)
+        if points.ndim and not len(points):
             return ()
-        try:
-            points = numbers(answer, "keypoints")
-            if points.ndim and not len(points):
-                return ()
-            if points.ndim != 3 or points.shape[2] != 3 or self._count not in (None, points.shape[1]):
-                count = "K" if self._count is None else self._count
-                raise InputError(
-                    "wrong-content", f"expected the shape (people, {count}, 3), got {points.shape}."
-                )
-            if self._count is None:
+        if points.ndim != 3 or points.shape[2] != 3 or self._count not in (None, points.shape[1]):
+            expected = f"expected the shape (people, {self._count or 'K'}, 3), got {points.shape}."
+            raise failed("detect", self._function, expected)
+        if self._count is None:
+            try:
                 self.layout = layout_in_2d(points.shape[1], self._joints, "its keypoints")
-                self._count = points.shape[1]
-        except InputError as error:
-            raise failed("detect", self._function, str(error)) from None
+            except InputError as error:
+                raise failed("detect", self._function, str(error)) from None
+            self._count = points.shape[1]
         people = (_found(person) for person in points[:, : len(self.layout)])
         return tuple(person for person in people if person is not None)
 

@@ -145,7 +145,7 @@ def network(model: str | Path = "pcnet3d") -> Network:
 @lru_cache(maxsize=8)
 def _open(model: str, where: Placement) -> Network:
     opened = open_onnx(SHIPPED if model == "pcnet3d" else model, "a lifter")
-    stated = opened.session.get_modelmeta().custom_metadata_map
+    stated = opened.stated
     if not {"reach", "trained_on"} <= stated.keys():
         raise InputError(
             "wrong-network",

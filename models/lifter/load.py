@@ -18,9 +18,8 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import LIFTER_TAKES, Lifter
 from ...pipeline.plugins.registry import open_model
-from ...pipeline.reading.given import numbers
 from ...pipeline.signals.filters import each_path, on_lines
-from ..common.function import failed, name_of
+from ..common.function import answer_of, failed, name_of
 from .builtin import OwnLifter, network
 from .keypoints import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
@@ -55,7 +54,13 @@ class FunctionLifter:
         lines = np.where(np.isnan(lines), np.nanmean(lines, axis=1, keepdims=True), lines)
         x = np.concatenate([lines, score[..., None]], axis=-1).astype(np.float32)
         with naming("In frames {} to {}".format(*keypoints.frame_index[[0, -1]])):
-            joints = self._answer(x, (width, height), rate or USUAL_HZ)
+            joints = answer_of("lift", self._function, "poses", x, (width, height), rate or USUAL_HZ)
+            if joints.shape != (len(x), len(H36M17), 3):
+                expected = f"expected the shape {(len(x), len(H36M17), 3)}, got {joints.shape}."
+                raise failed("lift", self._function, expected)
+            if np.isnan(joints).all():
+                raise failed("lift", self._function, "every coordinate is NaN.")
+            joints = joints.astype(np.float64)
         unseen = long_gaps(np.any(visible, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
         joints = joints - joints[:, [H36M17.index("pelvis")]]
@@ -69,23 +74,6 @@ class FunctionLifter:
             frames_without_joints=int(unseen[rows].sum()),
             joints_on_a_line=int((~visible[rows] & ~unseen[rows, None]).sum()),
         )
-
-    def _answer(self, x: np.ndarray, size: tuple[int, int], fps: float) -> np.ndarray:
-        """(T, 17, 3) to keypoints (T, K, 3)."""
-        try:
-            answer = self._function(x, size, fps)
-        except Exception as error:
-            raise failed("lift", self._function, error) from error
-        try:
-            joints = numbers(answer, "poses")
-        except InputError as error:
-            raise failed("lift", self._function, str(error)) from None
-        if joints.shape != (len(x), len(H36M17), 3):
-            expected = f"expected the shape {(len(x), len(H36M17), 3)}, got {joints.shape}."
-            raise failed("lift", self._function, expected)
-        if np.isnan(joints).all():
-            raise failed("lift", self._function, "every coordinate is NaN.")
-        return joints.astype(np.float64)
 
 
 def load_lifter(name: str | Path | Callable[..., Any] = "pcnet3d", unit: str | None = None) -> Lifter:

@@ -22,8 +22,8 @@ from ..common.onnx import open_onnx
 
 _ROUNDED = 0.01  # of a rotation in float16
 CHUNK = 64  # poses answered at a time; fits the caches
-_INPUTS = {"joints": [17, 3], "valid": [17]}  # each behind the batch
-_OUTPUTS = {"R": [3, 3], "error_deg": []}
+_INPUTS = {"joints": (None, 17, 3), "valid": (None, 17)}  # behind a batch of any size
+_OUTPUTS = {"R": (3, 3), "error_deg": ()}  # each behind the batch
 
 
 def load_rectifier(name: str | Path) -> Rectifier:
@@ -71,31 +71,23 @@ class PCNetRectifier:
     """Rectifier from an exported network. method: the name it was trained under, or its file's, "@" and the first 12
     digits of the file's SHA-256."""
 
-    def __init__(self, path: str | Path, threads: int | None = None) -> None:
-        """path: an .onnx file of these inputs and outputs (docs/python.md). threads: chunks answered at the same time;
-        as many as the process may use by default.
-
-        InputError when there is no such file, or it is not a rectifier.
-        """
+    def __init__(self, path: str | Path) -> None:
+        """path: an .onnx file of these inputs and outputs (docs/python.md). InputError when there is no such file, or
+        it is not a rectifier."""
         # Every chunk in one thread: onnxruntime's own threads wait for each other within each layer, which costs more
         # than it gains in layers as small as these, most of all for a single pose or beside other programs.
         opened = open_onnx(path, "a rectifier", threads=1)
-        self.session, self.threads = opened.session, threads or cores()
-        inputs = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
-        outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
-        free = all(not isinstance(entry.shape[0], int) for entry in self.session.get_inputs() if entry.shape)
-        if inputs != _INPUTS or outputs != _OUTPUTS or not free:
+        self.session = opened.session
+        answers = {name: shape[1:] for name, shape in opened.outputs.items()}
+        if opened.inputs != _INPUTS or answers != _OUTPUTS:
             raise InputError(
                 "wrong-network",
-                f"{path} is not a rectifier: expected the inputs {_INPUTS} and the outputs {_OUTPUTS}, each behind a "
-                f"batch of any size, got {inputs} and {outputs}{'' if free else ' of one size'}; export it as "
-                "docs/python.md shows.",
+                f"{path} is not a rectifier: expected, each behind a batch of any size (?), inputs joints (?, 17, 3), "
+                f"valid (?, 17); outputs R (?, 3, 3), error_deg (?), got {opened.looks}; export it as docs/python.md "
+                "shows.",
             )
-        self.path = Path(path)
-        properties = self.session.get_modelmeta().custom_metadata_map
-        self.targets = properties.get("targets", "body")  # or "axes"
-        unnamed = "pcnet" if "pcnet3d" in properties else self.path.name
-        self.method = f"{properties.get('name', unnamed)}@{opened.digest}"
+        unnamed = "pcnet" if "pcnet3d" in opened.stated else Path(path).name
+        self.method = f"{opened.stated.get('name', unnamed)}@{opened.digest}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)
@@ -116,7 +108,7 @@ class PCNetRectifier:
             )
 
         if len(parts) > 1:
-            with ThreadPoolExecutor(self.threads) as pool:
+            with ThreadPoolExecutor(cores()) as pool:
                 list(pool.map(answer, parts))
         elif parts:
             answer(parts[0])  # at once: a frame at a time, the pool would be a tenth of its cost

@@ -92,8 +92,8 @@ def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in (line.split("\t") if "\t" in line else line.split())]
 
 
-_PARAMETERS = {"poses", "trans", "betas"}  # of AMASS's own files
-_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
+PARAMETERS = {"poses", "trans", "betas"}  # of AMASS's own files
+RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
 
 
 def read_joints(path: Path, fps: float | None = None) -> Markers:
@@ -108,11 +108,11 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
             "parameters alone (AMASS), run the body model and save its joints with a frame rate.",
         )
     joints = load(path, ("frames", "joints", 3), key="joints").astype(np.float64)
-    rate = fps or next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)
+    rate = fps or next((float(load(path, (), (1,), key=key).squeeze()) for key in RATES if key in held), 0.0)
     if not 0 < rate < _MOST_HZ:
         raise InputError(
             "needs-rate",
-            f"{path}: expected a frame rate in {', '.join(_RATES)}, got {rate or 'none'}; add an array fps or give "
+            f"{path}: expected a frame rate in {', '.join(RATES)}, got {rate or 'none'}; add an array fps or give "
             "the rate where the command takes it.",
         )
     if "joint_names" in held:
@@ -127,7 +127,7 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
             f"got {how_many(joints.shape[1], 'joint')} and {how_many(len(names), 'name')}.",
         )
     # Who saves an estimator's joints has no such rate.
-    captured = held >= _PARAMETERS and not held.isdisjoint(_RATES[:2])
+    captured = held >= PARAMETERS and not held.isdisjoint(RATES[:2])
     rows = np.arange(len(joints))
     made_by = MadeBy("measured", "motion capture (AMASS)") if captured else UNSAID
     return Markers(names, joints, rows / rate, "m", "z", rows, made_by)

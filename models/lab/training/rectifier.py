@@ -663,7 +663,7 @@ def train(
     frames, checks, learns_from = prepare(config, on, clips)
     net = PCNet(config.net, config.bf16)
     if config.start is not None:
-        start_with(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start)
+        start_with(net, PCNET.open() if str(config.start) == "pcnet" else config.start)
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
     losses = partial(loss_of, net, frames, config)

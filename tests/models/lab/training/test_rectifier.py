@@ -253,12 +253,12 @@ def test_the_score_is_of_lifted_frames_a_tenth_of_people_who_lie_and_the_error_c
 def test_it_starts_with_the_shipped_networks_own_answers():
     config = shipped("pcnet")
     net = PCNet(config.net).eval()
-    module.start_with(net, PCNET.files[0])
+    module.start_with(net, PCNET.open())
     joints = np.random.default_rng(0).normal(0, 0.4, (20, 17, 3)).astype(np.float32)
     joints -= joints[:, :1]
     with torch.no_grad():
         R, _ = module.Deployed(net, config.symmetric)(torch.from_numpy(joints), torch.ones(20, 17))
-    np.testing.assert_allclose(R.numpy(), PCNetRectifier(PCNET.files[0]).rotation(joints)[0], atol=1e-3)
+    np.testing.assert_allclose(R.numpy(), PCNetRectifier(PCNET.open()).rotation(joints)[0], atol=1e-3)
 
 
 @pytest.mark.parametrize("part", ["train", "val"])
