@@ -20,8 +20,6 @@ from .networks import MoveNet, PersonBoxes, SimCC
 from .protocols import CropNetwork, Detector, Found
 from .topdown import Follower, TopDown
 
-__all__ = ["Detector", "Found", "load_detector"]
-
 _USUAL_PERSONS = "yolox"
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from golden import table
-from golden.bodies import Person, limbs_of, standing, turning
+from golden.bodies import Person, feet_in, feet_of, hips_of, limbs_of, standing, turning
 from golden.catalogue import CATALOGUE, Golden, recognised
 from golden.detections import between_shoulders
 from golden.lifters import x3d
 from pcnet3d.adapters import ddhpose, motionbert, read, read_all, videopose3d
-from pcnet3d.pipeline import Z_UP, PoseSequence, change_frame
-from pcnet3d.pipeline.core.layouts import OPENPOSE18
+from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, change_frame
+from pcnet3d.pipeline.core.layouts import FEET, OPENPOSE18
 from pcnet3d.pipeline.plugins import registry
 from refusals import refused
 
@@ -34,16 +34,17 @@ def called(golden: Golden) -> str:
 
 
 OTHERWISE = (  # written from other people, and tested by themselves
-    "the same of BODY_25B",
-    "`.npy` of (frames, 17, 3), of no known lifter", "RTMW3D's `results_<video>.json`",
+    ("json2d", "the same of BODY_25B"), ("arrays", "`.npy` of (frames, 17, 3), of no known lifter"),
+    ("mmpose3d", "RTMW3D's `results_<video>.json`"),
 )  # fmt: skip
 OF_PEOPLE = [
     golden
     for golden in CATALOGUE
-    if golden.adapter not in ("video", "imu_csv") and golden.form not in OTHERWISE
+    if golden.adapter not in ("video", "imu_csv") and (golden.adapter, golden.form) not in OTHERWISE
 ]
 # Recognised by these too, which come second: a file of AlphaPose or OpenPose holds 2D and 3D, a vis.py's folder both.
 BESIDE = {"json2d", "vis2d"}
+BIG, SMALL = (FEET.indices([f"{side}_{toe}_toe" for side in "rl"]) for toe in ("big", "small"))
 
 
 @pytest.fixture
@@ -60,12 +61,18 @@ def people(tmp_path):
 
 
 def shows(poses: PoseSequence, begin: int) -> bool:
-    """Whether 3D poses are the person of the golden files, who is the second one or the same who stands elsewhere.
-    begin: the file's first frame."""
+    """Whether 3D poses are the person of the golden files, who is the second one or the same who stands elsewhere, with
+    the heels and toes that the layout has. begin: the file's first frame."""
     made, frames = turning, poses.frame_index
     if poses.frame.family == "world":
         made, poses = standing, change_frame(poses, Z_UP.with_(origin="pelvis", unit=poses.frame.unit))
-    body, truth = limbs_of(poses.joints), limbs_of(made(300))
+    feet, true_feet = feet_in(poses) - hips_of(poses.joints), feet_of(made(300)) - hips_of(made(300))
+    if poses.layout != H36M17 and np.isnan(feet[:, SMALL]).all():  # the toe is MediaPipe's foot index
+        true_feet[:, BIG] = true_feet[:, [*BIG, *SMALL]].reshape(-1, 2, 2, 3).mean(axis=1)
+    has = np.isfinite(feet).any(axis=(0, 2))
+    assert has.any() == (poses.layout != H36M17)
+    body = np.concatenate([limbs_of(poses.joints), feet[:, has]], axis=1)
+    truth = np.concatenate([limbs_of(made(300)), true_feet[:, has]], axis=1)
     there = np.isfinite(body).all(axis=(1, 2))
     assert there.mean() > 0.9
     return any(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.bodies import turning
+from golden.bodies import hips_of, turning
 from golden.films import film
 from golden.landmarks import (
     bare,
@@ -58,9 +58,7 @@ WRITERS = (
 def test_golden(tmp_path, world, write):
     path = write(tmp_path, world)
     poses = read(path)
-    expected = turning(FRAMES) - turning(FRAMES)[:, H36M17.indices(["l_hip", "r_hip"])].mean(
-        axis=1, keepdims=True
-    )
+    expected = turning(FRAMES) - hips_of(turning(FRAMES))
     for joint in ("r_hip", "l_knee", "r_ankle", "nose", "head", "l_shoulder", "r_elbow", "l_wrist"):
         np.testing.assert_allclose(poses.joint(joint), expected[:, H36M17.index(joint)], atol=1e-6)
     assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")

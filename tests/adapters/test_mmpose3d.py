@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from golden import lifters
-from golden.bodies import turning
+from golden.bodies import feet_in, feet_of, hips_of, turning
 from golden.lifters import as_mmpose, box_of, instance
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
@@ -102,9 +102,12 @@ def test_golden_rtmw3d(save_rtmw3d):
     assert poses.root is None  # a place in the crop
     limbs = [joint for joint in H36M17.joints if joint.endswith(("hip", "knee", "ankle", "elbow", "wrist"))]
     expected = turning(FRAMES)
-    hips = expected[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)  # COCO has no pelvis
+    hips = hips_of(expected)  # COCO has no pelvis
     for joint in limbs:
-        np.testing.assert_allclose(poses.joint(joint), expected[:, H36M17.index(joint)] - hips, atol=2e-3)
+        np.testing.assert_allclose(
+            poses.joint(joint), expected[:, H36M17.index(joint)] - hips[:, 0], atol=2e-3
+        )
+    np.testing.assert_allclose(feet_in(poses), feet_of(expected) - hips, atol=4e-3)
     assert (poses.frame.name, poses.frame.unit) == ("CAMERA", "m")
     assert poses.frame_index[0] == 0
     assert np.nanmax(poses.confidence) == 1

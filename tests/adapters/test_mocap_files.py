@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from golden.bodies import feet_in, feet_of, limbs_of, standing
+from golden.bodies import feet_in, feet_of, hips_of, limbs_of, standing
 from golden.catalogue import recognised
+from golden.landmarks import NAMES
 from golden.worlds import RIGS, bvh, freemocap, freemocap_csv, freemocap_rtmpose, rig, smpl, y_up
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, change_frame
@@ -103,30 +104,20 @@ def test_freemocap_2_has_feet_in_its_array_and_its_tables(tmp_path):
     ]
     rows = ["frame,keypoint,x,y,z", *(",".join(cells[:5]) for cells in own)]
     (tmp_path / "rtmpose_body_3d_xyz.csv").write_text("\n".join(rows) + "\n")
-    hips = world[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
     for path in (tmp_path / "rtmpose_body_3d_xyz.npy", table, tmp_path / "rtmpose_body_3d_xyz.csv"):
         assert recognised(path) == ["freemocap"]
         poses = read(path)
         np.testing.assert_allclose(limbs(poses), limbs_of(world), atol=2e-6)
-        np.testing.assert_allclose(feet_in(poses), feet_of(world) - hips, atol=2e-6)
+        np.testing.assert_allclose(feet_in(poses), feet_of(world) - hips_of(world), atol=2e-6)
         assert poses.frames_known is (path.suffix == ".csv")
 
 
 def test_freemocap_table_of_mediapipe_and_damaged_ones(tmp_path):
-    sides = {"l": "left", "r": "right"}
-    names = [
-        joint
-        if joint[1] != "_"
-        else f"mouth_{sides[joint[0]]}"
-        if joint.endswith("mouth")
-        else f"{sides[joint[0]]}{joint[1:]}"
-        for joint in BLAZEPOSE33.joints
-    ]
     lines = ["frame,timestamp,timestamp_by_camera,model,keypoint,x,y,z"]
     for frame, row in enumerate(BLAZE, 5):
         lines += [
             f"{frame},,{{}},mediapipe_body,{name},{x},{y},{z}"
-            for name, (x, y, z) in zip(names, row, strict=True)
+            for name, (x, y, z) in zip(NAMES, row, strict=True)
         ]
     path = tmp_path / "walk_by_frame.csv"
     path.write_text("\n".join(lines) + "\n")

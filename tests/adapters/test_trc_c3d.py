@@ -30,6 +30,7 @@ def test_pose2sim_begins_anywhere_in_the_video(markers, tmp_path):
     np.testing.assert_allclose(poses.times, np.arange(100, 140) / 30)
     assert poses.fps == pytest.approx(30)
     assert not poses.frames_known
+    assert poses.layout == H36M17  # without feet, which it has not
 
 
 def test_opensim_in_millimetres_under_our_own_names(tmp_path):

@@ -28,12 +28,6 @@ def test_keypoints_beside_are_not_taken_for_poses(tmp_path):
     assert not videopose3d.sniff(path)
 
 
-def test_other_key(tmp_path):
-    np.savez(tmp_path / "poses.npz", joints=RELATIVE, names=np.zeros(17))
-    with pytest.raises(InputError, match=r"'reconstruction'.*it holds joints, names"):
-        read(tmp_path / "poses.npz", "videopose3d")
-
-
 def test_clip_boundaries_of_a_lifter_that_works_in_clips(export):
     assert read(export(), clip=243).seams == (243,)
     with pytest.raises(InputError, match="clip"):

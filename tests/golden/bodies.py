@@ -78,21 +78,31 @@ _NEAR = {
 
 
 def placed(bodies: np.ndarray, joints: Sequence[str]) -> np.ndarray:
-    """(T, J, 3) of any layout's joints on bodies (T, 17, 3): those of H36M17 and of the feet where they are, others at
-    the joint that is nearest."""
-    points, rows = (*H36M17.joints, *FEET.joints), []
+    """(T, J, 3) of any layout's joints on bodies (T, 17, 3): those of H36M17 and of the feet where they are, the foot
+    index between the toes, others at the joint that is nearest."""
+    whole = with_feet(bodies)
+    names = [name for name in FEET.joints if name.endswith("big_toe")]
+    index = [
+        whole[:, BODY_AND_FEET.indices((name, name.replace("big", "small")))].mean(axis=1) for name in names
+    ]
+    points = (*BODY_AND_FEET.joints, *(name.replace("big_toe", "foot_index") for name in names))
+    rows = []
     for joint in joints:
         side, part = (joint[:2], joint[2:]) if joint[1] == "_" else ("", joint)
         near = _NEAR.get(part.partition("_")[0], "wrist")
         known = joint if joint in points else near if near in points else side + near
         rows.append(points.index(known))
-    return with_feet(bodies)[:, rows]
+    return np.concatenate([whole, np.stack(index, axis=1)], axis=1)[:, rows]
 
 
 def limbs_of(bodies: np.ndarray) -> np.ndarray:
     """(T, 12, 3) of joints (T, 17, 3), from the middle of the hips."""
-    hips = bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
-    return (bodies - hips)[:, H36M17.indices(LIMBS)]
+    return (bodies - hips_of(bodies))[:, H36M17.indices(LIMBS)]
+
+
+def hips_of(bodies: np.ndarray) -> np.ndarray:
+    """(T, 1, 3) the middle of the hips of joints (T, 17, 3)."""
+    return bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
 
 
 def feet_in(poses: PoseSequence) -> np.ndarray:

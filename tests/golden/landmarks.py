@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.bodies import BODY_AND_FEET, placed, with_feet
-from pcnet3d.pipeline import H36M17
+from golden.bodies import hips_of, placed
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33
 
 NAMES = [
@@ -135,11 +134,8 @@ def bare_json(folder, world):
 
 def landmarks(bodies: np.ndarray) -> np.ndarray:
     """(T, 33, 4) of bodies (T, 17, 3) in CAMERA: the hips' middle at the origin, with visibilities; what our layout
-    lacks lies near head and hands, the foot index between the toes."""
-    bodies = bodies - bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
-    points, feet = placed(bodies, BLAZEPOSE33.joints), with_feet(bodies)
-    for side in "lr":
-        toes = BODY_AND_FEET.indices([f"{side}_big_toe", f"{side}_small_toe"])
-        points[:, BLAZEPOSE33.index(f"{side}_foot_index")] = feet[:, toes].mean(axis=1)
+    lacks lies near head and hands."""
+    bodies = bodies - hips_of(bodies)
+    points = placed(bodies, BLAZEPOSE33.joints)
     visibility = np.broadcast_to(np.arange(33) / 40, (len(bodies), 33))
     return np.concatenate([points, visibility[..., None]], axis=-1)
