@@ -39,18 +39,13 @@ def read(path: Path, pixel: bool = False, clip: int = CLIP) -> tuple[PoseSequenc
     Raises InputError when the file is no such array or its values contradict `pixel`.
     """
     joints = plain_array(path, FRAMES)
-    if in_pixels(joints) and not pixel:
+    if in_pixels(joints) != pixel:
+        forms = ("normalised coordinates of about -1 to 1", "values far beyond 2")
         raise InputError(
             "wrong-axes",
-            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; pass pixel=true (--option "
-            "pixel=true) if the file comes from infer_wild.py --pixel, or read it with --adapter arrays -O "
-            "layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres.",
-        )
-    if pixel and not in_pixels(joints):
-        raise InputError(
-            "wrong-axes",
-            f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
-            "about -1 to 1; leave out the option pixel.",
+            f"{path}: expected MotionBERT's {forms[pixel]}, got {forms[not pixel]}; pass pixel=true (--option "
+            "pixel=true) for files of infer_wild.py --pixel alone, and read millimetres with --adapter arrays -O "
+            "layout=H36M17 -O frame=CAMERA -O unit=mm.",
         )
     frame = CAMERA.with_(origin="image corner" if pixel else "crop centre", unit="arbitrary")
     return (in_camera(joints, clip, frame=frame),)

@@ -35,14 +35,14 @@ def test_a_person_who_walks_has_a_place(tmp_path):
 def test_every_form_holds_the_same(tmp_path):
     people = [turning(FRAMES), turning(FRAMES + 200)[200:]]
     forms = [write(tmp_path, people) for write in (estimators.sam3d_folder, estimators.sam3d_json)]
-    arrays = [
-        np.stack([[row[key] for row in estimators.sam3d(each, i)] for i, each in enumerate(people)], axis=1)
+    rows = [estimators.sam3d(each, i) for i, each in enumerate(people)]
+    arrays = {
+        key: np.stack([[row[key] for row in own] for own in rows], axis=1)
         for key in ("pred_keypoints_3d", "pred_cam_t", "bbox", "focal_length")
-    ]
-    names = ("pred_keypoints_3d", "pred_cam_t", "bbox", "focal_length")
-    np.savez(tmp_path / "stacked.npz", **dict(zip(names, arrays, strict=True)))
+    }
+    np.savez(tmp_path / "stacked.npz", **arrays)
     objects = np.empty(FRAMES, dtype=object)
-    objects[:] = [list(dicts) for dicts in zip(*map(estimators.sam3d, people, (0, 1)), strict=True)]
+    objects[:] = [list(dicts) for dicts in zip(*rows, strict=True)]
     np.savez(tmp_path / "objects.npz", outputs=objects)
     for path in (*forms, tmp_path / "stacked.npz", tmp_path / "objects.npz"):
         assert recognised(path) == ["mhr70"]
