@@ -43,7 +43,7 @@ class OnnxFile:
             raise InputError("wrong-network", f"{self.path}: expected an input of numbers, got {name}.")
         return np.dtype(_DTYPES[name])
 
-    @property
+    @cached_property
     def stated(self) -> dict[str, str]:
         """What the file says of itself, by name."""
         return self.session.get_modelmeta().custom_metadata_map

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite, rotate, unit
-from ..common.onnx import open_onnx
+from ..common.onnx import OnnxFile, open_onnx
 from . import SHIPPED
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
 from .keypoints import averaged, checked_size, clock_of, long_gaps, on_grid, rate_of, refuse_two_people
@@ -56,7 +55,7 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     pixels, confidence = clock.rows(pixels, confidence)
     places = rows * clock.finer
     ups = _ups_at(up, places, len(pixels))
-    margin = network(model).reach + HALF_WINDOW  # the features' averages, beyond what an answer rests on
+    margin = reach(model) + HALF_WINDOW  # the features' averages, beyond what an answer rests on
     answers = []
     for phases in clock.phases:
         joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
@@ -110,7 +109,7 @@ def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tup
     their standard deviations (T, 17, 2) across the ray (of one axis) and along it, in the same unit."""
     opened = network(model)
     parts = []
-    for _, around, inside in overlapping(len(x), chunk, opened.reach):
+    for _, around, inside in overlapping(len(x), chunk, reach(model)):
         answer = opened.session.run(["joints", "sd"], {"features": x[None, around]})
         parts.append([each[0, inside] for each in answer])
     joints, sd = (np.concatenate(each) for each in zip(*parts, strict=True))
@@ -126,33 +125,26 @@ def _covariance(sd: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:
     return covariance
 
 
-@dataclass(frozen=True)
-class Network:
-    """A lifter's file, opened. digest: the first 12 digits of its SHA-256. reach: frames on each side that a
-    frame's answer depends on. trained_on: mocap.clips.Subjects."""
-
-    session: Any
-    digest: str
-    reach: int
-    trained_on: str
-
-
-def network(model: str | Path = "pcnet3d") -> Network:
+def network(model: str | Path = "pcnet3d") -> OnnxFile:
     """The built-in lifter or that of a file; InputError when there is none, or it is something else."""
     return _open(str(model), placement())
 
 
+def reach(model: str | Path = "pcnet3d") -> int:
+    """Frames on each side that a frame's answer depends on."""
+    return int(network(model).stated["reach"])
+
+
 @lru_cache(maxsize=8)
-def _open(model: str, where: Placement) -> Network:
+def _open(model: str, where: Placement) -> OnnxFile:
     opened = open_onnx(SHIPPED if model == "pcnet3d" else model, "a lifter")
-    stated = opened.stated
-    if not {"reach", "trained_on"} <= stated.keys():
+    if not {"reach", "trained_on"} <= opened.stated.keys():
         raise InputError(
             "wrong-network",
             f"Expected a lifter that was trained with pcnet3d, got {opened.path}; lift with that network's own program "
             "and give its poses with --poses, or give a function in Python (docs/python.md).",
         )
-    return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"])
+    return opened
 
 
 def close_networks() -> None:

@@ -8,7 +8,7 @@ from ...pipeline.core.frames import IMAGE
 from ...pipeline.core.layouts import H36M17, Layout, remap
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
-from .builtin import network, run
+from .builtin import reach, run
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
 from .keypoints import clock_of, lacking
 
@@ -34,7 +34,7 @@ class LiveLifter:
         self._layout, self._up = layout, up
         self._size = np.asarray(image_size, dtype=float)
         self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)
-        self._reach = network().reach
+        self._reach = reach()
         window = self._reach + HALF_WINDOW + 1  # at up to 45 frames a second no answer rests on more
         self._pixels = np.full((window, len(H36M17), 2), np.nan)
         self._confidence = np.full((window, len(H36M17)), np.nan)

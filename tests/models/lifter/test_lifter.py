@@ -14,7 +14,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import rectifier
 from pcnet3d.models.common.metrics import joint_error
 from pcnet3d.models.lab.common.metrics import scaled
-from pcnet3d.models.lifter.builtin import network, run
+from pcnet3d.models.lifter.builtin import reach, run
 from pcnet3d.models.lifter.features import HALF_WINDOW, features, ray_rotation
 from pcnet3d.models.lifter.keypoints import clock_of
 from pcnet3d.models.lifter.live import LiveLifter
@@ -82,7 +82,7 @@ def test_far_frames_do_not_matter():
     other = pixels.copy()
     other[600:] += 100 * np.random.default_rng(0).normal(size=other[600:].shape)
     a, b = (lift(poses(p), SIZE).joints for p in (pixels, other))
-    near = 600 - network().reach - HALF_WINDOW
+    near = 600 - reach() - HALF_WINDOW
     np.testing.assert_allclose(a[:near], b[:near], atol=1e-5)
     assert np.abs(a[600:] - b[600:]).max() > 0.01
 

@@ -138,7 +138,7 @@ def test_a_run_gives_a_network_that_the_run_time_answers_alike(run):
     assert [line["step"] for line in lines] == [2, 4, 6]
     assert {"typical", "wild", "wild_up", "score", "loss"} < lines[0].keys()
     opened = network(out / "lifter.onnx")
-    assert (opened.reach, opened.trained_on) == (4, "train")
+    assert (opened.stated["reach"], opened.stated["trained_on"]) == ("4", "train")
     net = LifterNet().eval()
     net.load_state_dict(torch.load(out / "best.pt", weights_only=True))
     for value in net.parameters():
