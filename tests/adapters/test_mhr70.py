@@ -144,12 +144,8 @@ def test_people_of_one_image_are_people_and_not_frames(tmp_path):
         (tmp_path / f"img_subj{number:02d}.npz").rename(
             tmp_path / f"img_{number // 2:04d}_subj{number % 2}.npz"
         )
-    assert sorted(frame for poses in read_all(tmp_path, fps=30) for frame in poses.frame_index) == [
-        0,
-        0,
-        1,
-        1,
-    ]
+    frames = [frame for poses in read_all(tmp_path, fps=30) for frame in poses.frame_index]
+    assert sorted(frames) == [0, 0, 1, 1]
 
 
 def test_the_file_of_one_person_in_one_image_is_one_frame(tmp_path):
