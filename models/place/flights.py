@@ -139,14 +139,13 @@ class Flight:
 class Airborne:
     """A take's flights, in order. observable: (T,) in which frames the body and its place are known well enough for
     one; False where flights are not looked for at all. cut: whether an end of the take, a clip boundary or a gap hides
-    how both ankles left the floor or meet it again. lifted: that they are of lifted poses, whose errors are larger.
-    shake: statures, by how much a camera that shakes moves the person in the image; NaN where it may go elsewhere.
-    ankle: (T,) statures, how high the lower ankle is in each frame by itself; None where that is not known."""
+    how both ankles left the floor or meet it again. shake: statures, by how much a camera that shakes moves the person
+    in the image; NaN where it may go elsewhere. ankle: (T,) statures, how high the lower ankle is in each frame by
+    itself; None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
     observable: np.ndarray | bool = False
     cut: bool = False
-    lifted: bool = False
     shake: float = 0.0
     ankle: np.ndarray | None = None
 
@@ -170,7 +169,7 @@ def airborne(take: Take) -> Airborne:
     root = np.column_stack([level.root[:, :2], height])
     level = level.with_(joints=_bridged(level.joints, level.times), path=RootPath(root))
     stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
-    return replace(flown(level, LIFTED, stature_m), lifted=True, shake=_shake(take, take.camera, poses))
+    return replace(flown(level, LIFTED, stature_m), shake=_shake(take, take.camera, poses))
 
 
 def flown(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = None) -> Airborne:

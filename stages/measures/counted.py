@@ -43,7 +43,7 @@ def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
                 [(repetition.start_s, repetition.stop_s) for repetition in counted.events if repetition.whole]
             ).reshape(-1, 2)
             for angle in counted.movement.shown:
-                curves += mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
+                curves += mean_curve(motion, angle, spans)
             group_rows = [observable(counted.observable), *_figures(motion, counted)]
             rows += _inside(counted.movement.name, group_rows, side_of(counted.movement.drivers[0]))
         rows += _inside(place, curves)

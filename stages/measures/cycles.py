@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...models.common.motion import Motion
 from ...pipeline.core.measures import Curve, side_of
 from ...pipeline.signals.angles import ALL_ANGLES, near, unwrapped
 from ...pipeline.signals.filters import resample
@@ -14,12 +15,10 @@ from .figures import FEWEST_FOR_SD
 POINTS = 101  # of a normalised cycle
 
 
-def mean_curve(
-    angle: str, x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()
-) -> list[Curve]:
-    """Mean and, of six or more, standard deviation of an angle x (T,) over spans (N, 2) in seconds; empty when none is
+def mean_curve(motion: Motion, angle: str, spans: np.ndarray) -> list[Curve]:
+    """Mean and, of six or more, standard deviation of an angle over spans (N, 2) in seconds; empty when none is
     whole."""
-    curves = normalised(unwrapped(x), time_s, spans, seams)
+    curves = normalised(unwrapped(motion.angle(angle)), motion.times, spans, motion.seams)
     if not len(curves):
         return []
     begins = curves[

@@ -14,6 +14,7 @@ from ...models.gait.gait import FEWEST, FEWEST_FLYING, Gait, Stance, Step
 from ...models.place.flights import GRAVITY, Airborne, Flight
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Row
+from ...pipeline.core.rotations import known_median
 from ...pipeline.signals.filters import nearest_row
 from .figures import moments, observable, with_error
 
@@ -27,17 +28,17 @@ _LEAVES = 1.2  # statures a second, of feet that leave the floor or meet it: 2 m
 _LEGS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("knee", "ankle"))
 
 
-def _errors(motion: Motion, airborne: Airborne, flight: Flight, up_deg: float) -> tuple[float, float]:
+def _errors(motion: Motion, airborne: Airborne, flight: Flight) -> tuple[float, float]:
     """Standard deviations of a time in the air or on the floor, in seconds, and of a rise, in statures: what holds for
     nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
     true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
-    and wild, where the error of up (up_deg) counts, and by how much a camera shakes, at either end of a rise. NaN for a
+    and wild, where the error of up counts, and by how much a camera shakes, at either end of a rise. NaN for a
     lifter whose errors were not measured, and where the camera may move: then it would move what falls."""
-    if not airborne.lifted:
+    if motion.filtered.measured_root is not None:
         return 0.026, 0.013
     if not (made_by_the_built_in(motion.source) and np.isfinite(airborne.shake)):
         return np.nan, np.nan
-    shakes = np.sqrt(2) * airborne.shake
+    up_deg, shakes = known_median(motion.rectified.up_error_deg), np.sqrt(2) * airborne.shake
     rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg, shakes])
     return float(np.linalg.norm([0.026, 0.003 * up_deg, shakes / _LEAVES])), float(rise)
 
@@ -96,14 +97,13 @@ def jumps(motion: Motion, airborne: Airborne, jumped: Sequence[Flight]) -> list[
     if not jumped:
         return [judged]
     stature = float(implied_stature(motion.rectified.level.joints))
-    up_deg = float(np.nanmedian(motion.rectified.up_error_deg)) if airborne.lifted else 0.0
     rows: list[Row] = [
         judged,
         Measure("count", len(jumped), at_least=airborne.cut),
         moments("start", (flight.off_s for flight in jumped)),
     ]
     for i, flight in enumerate(jumped):
-        (sd_s, rise_sd), time_s = _errors(motion, airborne, flight, up_deg), flight.land_s - flight.off_s
+        (sd_s, rise_sd), time_s = _errors(motion, airborne, flight), flight.land_s - flight.off_s
         floor_s = flight.off_s - jumped[i - 1].land_s if i else np.inf
         figures = {
             "flight_time": (time_s, sd_s),

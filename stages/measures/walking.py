@@ -3,7 +3,7 @@ withheld."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -105,7 +105,7 @@ def _sides(motion: Motion, gait: Gait, means: _Means, phases: tuple[str, ...]) -
             Measure("strides", len(strides)),
             *means.rows(("step_time_s", "stance_time_s", *phases) if phases else (), side),
             *means.rows(("step_length",), side),
-            *peaks(motion.columns, motion.times, strides, motion.seams, unknown_deg(motion)),
+            *peaks(motion, strides),
             moments("stride_start", (stride.start_s for stride in strides)),
             moments("stride_stop", (stride.stop_s for stride in strides)),
             moments("landings", contact_times(gait.walks, side)),
@@ -118,41 +118,33 @@ def _curves(motion: Motion, gait: Gait) -> list[Row]:
     curves: list[Row] = []
     for name in (f"{side}_{part}" for part in _IN_STRIDES for side in SIDES.values()):
         spans = np.array([(s.start_s, s.stop_s) for s in gait.strides if s.side == name[0]]).reshape(-1, 2)
-        curves += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
+        curves += mean_curve(motion, name, spans)
     return curves
 
 
-def peaks(
-    columns: Mapping[str, np.ndarray],
-    times: np.ndarray,
-    strides: Sequence[Stride],
-    seams: Sequence[int] = (),
-    unknown: float = 0.0,
-) -> list[Row]:
+def peaks(motion: Motion, strides: Sequence[Stride]) -> list[Row]:
     """Of the strides of one side, in order, what gait papers report, each stride with its stated error and then the
     mean, whose error holds what all strides have wrong alike. Degrees (Benedetti et al., Clin Biomech 13(3), 1998: K1,
     K2, K5, H3).
 
     knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
     knee_swing_peak: its highest in swing. thigh_trunk_lowest: the thigh's lowest flexion against the trunk in the
-    stride, in place of hip extension. columns: (T,) with angles at times (T,); unknown: the error where
-    they state none. A stride in which the angle is missing there has none.
+    stride, in place of hip extension. A stride in which the angle is missing there has none.
     """
     result: list[Row] = []
-    for name, (part, sign, span) in _PEAKS.items():
-        spans = np.array([span(stride) for stride in strides]).reshape(-1, 2)
+    for name, (part, sign, span) in _PEAKS.items() if strides else ():
+        angle, of_strides = f"{strides[0].side}_{part}", []
+        spans = np.array([span(stride) for stride in strides])
         whole = np.flatnonzero(np.isfinite(spans).all(axis=1))
-        angle, of_strides = f"{strides[0].side}_{part}" if strides else "", []
-        if len(whole) and f"{angle}_deg" in columns:
-            begins, ends = spans[whole].T
-            at_s = np.linspace(begins, ends, POINTS, axis=-1)
-            values, errors = (
-                resample(columns[f"{angle}{end}"], times, at_s.ravel(), seams).reshape(at_s.shape)
-                for end in ("_deg", "_sd_deg")
-            )
-            for row in np.flatnonzero(np.isfinite(values).all(axis=1)):
-                at = int(np.argmax(sign * values[row]))
-                of_strides.append((int(whole[row]), float(values[row, at]), float(errors[row, at])))
+        begins, ends = spans[whole].T
+        at_s = np.linspace(begins, ends, POINTS, axis=-1)
+        values, errors = (
+            resample(column, motion.times, at_s.ravel(), motion.seams).reshape(at_s.shape)
+            for column in (motion.angle(angle), motion.sd(angle))
+        )
+        for row in np.flatnonzero(np.isfinite(values).all(axis=1)):
+            at = int(np.argmax(sign * values[row]))
+            of_strides.append((int(whole[row]), float(values[row, at]), float(errors[row, at])))
         by_stride = np.array(of_strides).reshape(-1, 3)
         all_known = bool(np.isfinite(by_stride[:, 2]).all())
         result += [
@@ -160,7 +152,7 @@ def peaks(
             for number, value, error in of_strides
         ]
         result += spread(
-            name, by_stride[:, 1], shared=known_median(by_stride[:, 2]) if all_known else unknown
+            name, by_stride[:, 1], shared=known_median(by_stride[:, 2]) if all_known else unknown_deg(motion)
         )
     return result
 

@@ -112,7 +112,7 @@ def of_an_unknown_camera(take: Take) -> Take:
 )
 def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
     found = airborne(filmed(*jumping(fps=fps, high_m=high_m), noise_px))
-    assert (len(found.flights), found.lifted, found.cut) == (2, True, False)
+    assert (len(found.flights), found.cut) == (2, False)
     time_s = 2 * np.sqrt(2 * high_m / G)
     assert np.ptp(found.ankle) > high_m / STATURE_M
     for flight, apex_s in zip(found.flights, (1.5, 3.0), strict=True):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.motions import motion_with
 from pcnet3d.models.gait.gait import Stride
 from pcnet3d.pipeline import H36M17, Z_UP, PoseSequence, Take
 from pcnet3d.pipeline.core.measures import Measure, Measures, nested, read_measures, withheld
@@ -71,7 +72,9 @@ def test_a_stride_without_the_angle_leaves_a_gap_in_the_list():
     knee = 30 + 30 * np.sin(2 * np.pi * times)
     knee[(times > 0.9) & (times < 1.9)] = np.nan
     found = nested(
-        peaks({"r_knee_flexion_deg": knee, "r_knee_flexion_sd_deg": np.full(len(times), 4.0)}, times, strides)
+        peaks(
+            motion_with({"r_knee_flexion": knee, "r_knee_flexion_sd_deg": np.full(80, 4.0)}, times), strides
+        )
     )
     assert found["knee_at_contact_deg"][1] is None
     assert found["knee_loading_peak_deg"][0] == pytest.approx(60, abs=1)
