@@ -19,6 +19,7 @@ from ..models.gravity.levelling import (
     level_static,
     level_world,
     timed,
+    times_of,
     why_not,
 )
 from ..models.gravity.votes import PersonFrames, take_rotation
@@ -160,7 +161,9 @@ def _rectify(
                 f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out.",
             )
         levels = [
-            level_world(_in(source, Z_UP).joints, _times(source), together, source.made_by.kind == "measured")
+            level_world(
+                _in(source, Z_UP).joints, times_of(source), together, source.made_by.kind == "measured"
+            )
             for source in sources
         ]
         reference, method = Z_UP, "gravity"
@@ -211,12 +214,8 @@ def _checked(poses: PoseSequence) -> PoseSequence:
     return change_frame(poses, poses.frame.with_(origin="pelvis"))
 
 
-def _times(source: PoseSequence) -> np.ndarray:
-    return np.arange(len(source)) / 30 if source.time_s is None else source.time_s
-
-
 def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> PersonFrames:
-    poses, time_s = _in(source.without_feet, CAMERA), _times(source)
+    poses, time_s = _in(source.without_feet, CAMERA), times_of(source)
     if moving:  # every frame has an up of its own
         R, error_deg = rectifier.rotation(poses.joints)
     else:

@@ -296,10 +296,14 @@ def _numbered(names: Sequence[str]) -> list[str]:
     ]
 
 
+def times_of(poses: PoseSequence) -> np.ndarray:
+    """(T,) seconds; poses without time stamps count as 30 frames a second."""
+    return np.arange(len(poses)) / 30 if poses.time_s is None else poses.time_s
+
+
 def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]]:
-    """What the images of the poses' video say while the person is there, each with its time in the take; without time
-    stamps the poses count as 30 frames a second."""
-    times = np.arange(len(poses)) / 30 if poses.time_s is None else poses.time_s
+    """What the images of the poses' video say while the person is there, each with its time in the take."""
+    times = times_of(poses)
     first, last = poses.frame_index[[0, -1]]
     return [
         (float(np.interp(look.frame, poses.frame_index, times)), look)

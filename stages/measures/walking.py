@@ -60,7 +60,10 @@ def walking(motion: Motion, gait: Gait, walks: Sequence[Walk], why_sides: str = 
     judged = observable(motion.has(_LEGS))
     if not walks:
         return [judged]
-    root_sd, share = _path_error(motion, gait)
+    path, root_sd, share = motion.filtered.path, 0.0, 0.0
+    if path is not None and motion.filtered.measured_root is None:  # it was estimated (stages/place.py)
+        axis = motion.rectified.R_source_from_level[2]
+        root_sd, share = path_error(path, axis, motion.times, gait.walks)
     lengths, over_floor, share = _lengths(motion, gait, share)
     means = _Means(motion, gait, gait.times | lengths, root_sd, share)
     enough = len(gait.strides) >= _STRIDES[gait.kind]
@@ -317,14 +320,6 @@ class _Means:
         if name in OF_LENGTH and not np.isfinite(error):
             return 0.0  # lengths of measured poses are of the person
         return self._in_unit(name, error)
-
-
-def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
-    """models.gait.errors.path_error of a path that was estimated (stages/place.py); 0, 0 for others."""
-    path = motion.filtered.path
-    if path is None or motion.filtered.measured_root is not None:
-        return 0.0, 0.0
-    return path_error(path, motion.rectified.R_source_from_level[2], motion.times, gait.walks)
 
 
 def _lengths(motion: Motion, gait: Gait, of_path: float) -> tuple[Values, list[Row], float]:
