@@ -14,11 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.core.errors import InputError, naming
-from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.markers import Markers, Up, read_trc
+from ..pipeline.core.errors import InputError
+from ..pipeline.files.markers import Markers, read_trc
 from .kit.opened import first_bytes
-from .kit.world import Maker, maker, people_of
+from .kit.world import reader_of
 
 name = "trc"
 gives = "poses"
@@ -33,29 +32,18 @@ def sniff(path: Path) -> bool:
     return first_bytes(path, len(_BEGINS)) == _BEGINS
 
 
-def read(
-    path: Path, unit: str | None = None, up: Up | None = None, made_by: Maker | None = None
-) -> tuple[PoseSequence, ...]:
-    """The person of the file, or each of its subjects by name, in the file's own world and unit, with its time stamps.
-
-    unit: "m", "mm", "cm" or "inch", instead of the header's. up: "y" or "z", the axis that is up; "y" without it, and
-    then the person has to stand along it. made_by: "measured" or "estimated", which the file does not say. Empty cells
-    are NaN. InputError when the file is no TRC, its points are not joint centres under names in use, or their depth is
-    Sports2D's.
-    """
-    with naming(path):
-        markers = read_trc(path)
+def _points(path: Path) -> Markers:
+    """InputError for a file without rows, and for one whose depth is Sports2D's."""
+    markers = read_trc(path)
     if len(markers.points) == 0:
-        raise InputError(
-            "nothing-usable", f"{path}: expected rows of marker positions after the header, got none."
-        )
+        raise InputError("nothing-usable", "expected rows of marker positions after the header, got none.")
     if _invented_depth(markers):
         raise InputError(
             "wrong-content",
-            f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "
+            "expected positions in space, got a Sports2D file, whose z is a constant from a table for each "
             "marker and not measured; give its 2D detections with --keypoints and have them lifted.",
         )
-    return people_of(markers, str(path), unit, up, maker(made_by))
+    return markers
 
 
 def _invented_depth(markers: Markers) -> bool:
@@ -65,3 +53,6 @@ def _invented_depth(markers: Markers) -> bool:
     depths = [len(np.unique(z[np.isfinite(z)])) for z in markers.points[..., 2].T]
     moved = [len(np.unique(x[np.isfinite(x)])) for x in markers.points[..., 0].T]
     return max(depths) <= _DEPTHS < max(moved)
+
+
+read = reader_of(_points)

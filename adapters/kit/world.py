@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -45,6 +47,27 @@ Maker = Literal["measured", "estimated"]
 def maker(kind: Maker | None, says: MadeBy = UNSAID) -> MadeBy:
     """Who made the poses of a file: as the user tells, else as the file says."""
     return says if kind is None else MadeBy(kind, says.by if kind == says.kind else "")
+
+
+def reader_of(
+    points: Callable[[Path], Markers],
+) -> Callable[..., tuple[PoseSequence, ...]]:
+    """`read` of an adapter whose files hold named points. points: those of a file."""
+
+    def read(
+        path: Path, unit: str | None = None, up: Up | None = None, made_by: Maker | None = None
+    ) -> tuple[PoseSequence, ...]:
+        """The person of the file, or each of its subjects by name, in the file's own world and unit, with its times.
+
+        unit: "m", "mm", "cm" or "inch", instead of the file's. up: "y" or "z", the axis that is up; without it the
+        person has to stand along the one that is taken for up. made_by: "measured" or "estimated", instead of what the
+        file says. InputError when the file is of another form, or its points are not joint centres under names in use.
+        """
+        with naming(path):
+            markers = points(path)
+        return people_of(markers, str(path), unit, up, maker(made_by, markers.made_by))
+
+    return read
 
 
 def people_of(
