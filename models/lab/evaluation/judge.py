@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.measures import SD_90
 from ..common.cases import Cases, column, interval, people_of, quantile, weights
 from ..common.metrics import Figure, by_person, mean
 
@@ -31,11 +30,6 @@ _TINY = 1e-12
 _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than usual squares of errors
 
 Squares = Callable[[Cases], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
-
-
-def bar(error: float | None) -> float:
-    """Half the width of the 90 % bar of a standard deviation; NaN where none is stated."""
-    return float("nan") if error is None else SD_90 * error
 
 
 def summed(takes: Sequence[Cases]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -101,19 +102,17 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
 def rows(asked: Configuration) -> Iterator[Row]:
     """("rectifiers", method, "rows", set): `compare` of the frames of people that the shipped networks never saw,
     lifted and clean, upright and lying."""
-    for label, takes in _sets(asked):
-        for rectifier in asked.rectifiers:
+    for people in asked.sets:
+        takes_of = {
+            "lifted": lifted_takes(asked, people),
+            "clean, paper's views": clean_takes(people.clips(), "paper", asked.seed),
+            "clean, wide views": clean_takes(people.clips(), "wide", asked.seed),
+        }
+        for (label, takes), rectifier in product(takes_of.items(), asked.rectifiers):
             for take, errors in zip(takes, judge(rectifier, takes), strict=True):
                 for pose, lies in (("upright", False), ("lying", True)):
-                    place = ("rectifiers", rectifier.method, "rows", f"{label}, {pose}")
+                    place = ("rectifiers", rectifier.method, "rows", f"{people.label}, {label}, {pose}")
                     yield place, errors.where(take.lying == lies)
-
-
-def _sets(asked: Configuration) -> Iterator[tuple[str, list[Take]]]:
-    for people in asked.sets:
-        yield f"{people.label}, lifted", lifted_takes(asked, people)
-        yield f"{people.label}, clean, paper's views", clean_takes(people.clips(), "paper", asked.seed)
-        yield f"{people.label}, clean, wide views", clean_takes(people.clips(), "wide", asked.seed)
 
 
 def lifted_takes(asked: Configuration, of: EvaluationSet) -> list[Take]:

@@ -21,6 +21,7 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import SD_90
 from ....pipeline.core.pose import MadeBy, PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import CameraMotion, Take, Told, Video
@@ -36,7 +37,6 @@ from ...lifter.load import load_lifter
 from ..common.cases import Cases
 from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from ..synthetic.bodies import BodyRange
-from .judge import bar
 from .testbed import (
     BEDS,
     MIN_FRAMES,
@@ -215,7 +215,8 @@ class Finished:
 
     def figure(self, found: float, true: float, error: float | None, **known: np.ndarray) -> Cases:
         """One figure of the take, or a part of it, with its stated standard deviation."""
-        values = {"error": found - true, "half": bar(error), "true": true}
+        half = np.nan if error is None else SD_90 * error
+        values = {"error": found - true, "half": half, "true": true}
         return Cases(self.truth.subject, {name: np.array([of]) for name, of in values.items()} | known)
 
     def captured(self) -> Take:

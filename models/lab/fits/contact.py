@@ -61,17 +61,13 @@ def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np
                 events = spells[side][np.isfinite(spells[side])]
                 apart = np.abs(time_s[:, None] - events).min(axis=1, initial=np.inf)
                 weight = runs * np.where(apart < _SOON_S, _MOVES, 1.0)
-                contact = on_floor(spells[side], time_s)
+                # NaN are the ends of the take.
+                start, stop = np.where(np.isnan(spells[side]), (-np.inf, np.inf), spells[side]).T
+                contact = ((time_s[:, None] >= start) & (time_s[:, None] <= stop)).any(axis=1)
                 for rows, features in windows(body, time_s, side):
                     parts.append((features.astype(np.float32), contact[rows], weight[rows]))
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return features, contact.astype(np.float64), weight
-
-
-def on_floor(spells: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """(T,) bool: within any of the spells (N, 2) in seconds, whose NaN are the ends of the take."""
-    start, stop = np.where(np.isnan(spells), (-np.inf, np.inf), spells).T
-    return ((time_s[:, None] >= start) & (time_s[:, None] <= stop)).any(axis=1)
 
 
 def floor_speed(joints: np.ndarray, fps: float) -> np.ndarray:

@@ -66,11 +66,13 @@ def modes_of(pairs: Iterable[Pair]) -> np.ndarray:
     return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
 
 
-def with_multiples(noise: JointNoise, takes: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
-    """The same with what a frame's noise grows with, a least-squares fit of the logarithms. InputError when no take can
-    be levelled."""
+def fit(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
+    """The modes of the lifter's errors in the train takes; what a frame's noise grows with in the val takes, a
+    least-squares fit of the logarithms; each angle's own parts stay the shipped ones. InputError when no take can be
+    levelled."""
+    noise = replace(shipped_noise(), lifter=load_lifter().method, modes=modes_of(map(Pair.of, train)))
     rows = []
-    for take in takes:
+    for take in val:
         raw, spread = joints_of(take.lifted, take.seen.truth), stated_spread(take.lifted)
         frames = PersonFrames(raw, *rectifier.rotation(raw), take.seen.keypoints.times, spread=spread)
         level = level_static(frames)
@@ -93,14 +95,6 @@ def with_multiples(noise: JointNoise, takes: Iterable[LiftedTake], rectifier: Re
         usual=tuple(np.exp(centre[:-1]).tolist()),
         powers=tuple(powers.tolist()),
     )
-
-
-def fit(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
-    """The modes of the lifter's errors in the train takes, and their sizes by the val takes; each angle's own parts
-    stay the shipped ones."""
-    modes = modes_of(map(Pair.of, train))
-    noise = replace(shipped_noise(), lifter=load_lifter().method, modes=modes)
-    return with_multiples(noise, val, rectifier)
 
 
 def learn(output: Path) -> None:

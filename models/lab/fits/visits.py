@@ -142,7 +142,9 @@ def set_up_again(first: Cameras, world: Tensor, rng: np.random.Generator) -> Cam
             R_camera_from_world=torch.from_numpy(turned[None, None]),
             position=torch.from_numpy(centre[None] - rotate(turned.T, offset[None])),
         )
-        if _inside(cameras, world):
+        joints, half = cameras.to_camera(world), cameras.image_size[0] / 2
+        off = (cameras.project(joints)[0] - half).abs()
+        if (joints[..., 2] > 0).all() and (off <= _MARGIN * half).all():
             return cameras
         offset = offset * [0.97, 0.97, 1.02]
 
@@ -157,13 +159,6 @@ def elsewhere(first: Cameras, world: Tensor, rng: np.random.Generator, views: Vi
     )
 
 
-def _inside(cameras: Cameras, world: Tensor) -> bool:
-    joints = cameras.to_camera(world)
-    half = cameras.image_size[0] / 2
-    off = (cameras.project(joints)[0] - half).abs()
-    return bool((joints[..., 2] > 0).all() and (off <= _MARGIN * half).all())
-
-
 def clips() -> list[Clip]:
     """The upright motions of validation people that are long enough."""
     found = []
@@ -172,16 +167,6 @@ def clips() -> list[Clip]:
         if len(cut) >= _LEAST_S * clip.fps and lying(cut.joints.astype(np.float64)).mean() < _LYING:
             found.append(cut)
     return found
-
-
-def collected(seeds: Sequence[int]) -> Kinds:
-    """The `visits` of all clips with each seed, in _CONFIGURATIONS in turn."""
-    turns = [(seed + i, clip, seed) for seed in seeds for i, clip in enumerate(clips())]
-    return grouped(
-        pair
-        for turn, clip, seed in each(iter(turns), "visits", len(turns))
-        for pair in visits(clip, replace(_CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed=seed))
-    )
 
 
 def fit(kinds: Kinds) -> dict[str, object]:
@@ -234,5 +219,11 @@ def _enough(pairs: Sequence[Cases]) -> bool:
 
 
 def learn(output: Path) -> None:
-    """Write the errors that were fitted."""
-    write_text(output, json.dumps(fit(collected(range(_DRAWS))), indent=1) + "\n")
+    """Write the errors that were fitted to the `visits` of all clips, each draw in _CONFIGURATIONS in turn."""
+    turns = [(seed + i, clip, seed) for seed in range(_DRAWS) for i, clip in enumerate(clips())]
+    kinds = grouped(
+        pair
+        for turn, clip, seed in each(iter(turns), "visits", len(turns))
+        for pair in visits(clip, replace(_CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed=seed))
+    )
+    write_text(output, json.dumps(fit(kinds), indent=1) + "\n")
