@@ -74,7 +74,7 @@ class EvaluationSet:
     def refuse_known(self, lifter: str) -> None:
         """InputError for a lifter that was trained on these people."""
         opened = load_lifter(lifter) if lifter and not self.known else None
-        if isinstance(opened, OwnLifter) and network(opened.model).trained_on == self.subjects:
+        if isinstance(opened, OwnLifter) and network(opened.model).stated["trained_on"] == self.subjects:
             raise InputError(
                 "files-apart",
                 f"Expected a lifter that never saw the subjects '{self.subjects}', but {lifter} was trained on them; "
