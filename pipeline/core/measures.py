@@ -293,7 +293,7 @@ def read_measures(figures: Mapping[str, Any]) -> Measures:
     """The measures whose `nested` is that; InputError for what is not a run's."""
     try:
         return Measures(tuple(_rows(figures)))
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
         what = f"its measures are not as this version writes them: {error}"
         raise InputError("file-damaged", what) from None
 

@@ -13,9 +13,9 @@ from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
 
-import numpy as np
 import typer
 from pydantic import (
+    AfterValidator,
     AllowInfNan,
     BaseModel,
     BeforeValidator,
@@ -69,15 +69,17 @@ def _date(value: Any) -> Any:
     return value if value is None else date.fromisoformat(str(value)).isoformat()
 
 
-def _span(value: Any) -> tuple[float, float] | None:
-    """Of a text or a pair both ends, of which either may lack in a text; ValueError for what is no span."""
-    if value is None:
-        return None
-    ends = value.split(":") if isinstance(value, str) else value
-    start, end = (float(end or usual) for end, usual in zip(ends, (0.0, np.inf), strict=True))
-    if not start < end:
+def _ends(value: Any) -> Any:
+    """Of a text both ends, of which either may lack; ValueError for more or fewer."""
+    if not isinstance(value, str):
+        return value
+    return [end or usual for end, usual in zip(value.split(":"), ("0", "inf"), strict=True)]
+
+
+def _in_order(span: tuple[float, float] | None) -> tuple[float, float] | None:
+    if span is not None and not span[0] < span[1]:
         raise ValueError
-    return start, end
+    return span
 
 
 def _pairs(value: Any) -> Any:
@@ -118,7 +120,8 @@ class RunOptions(BaseModel):
     ] = None
     time_range: Annotated[
         tuple[float, Annotated[float, AllowInfNan()]] | None,
-        BeforeValidator(_span),
+        BeforeValidator(_ends),
+        AfterValidator(_in_order),
         _input("Process only this part: START:END in seconds, such as 2.5:8, 2: or :8."),
     ] = None
     detector: Annotated[

@@ -74,10 +74,10 @@ def _say(takes: Mapping[str, Take]) -> int:
     chosen = [*whose]
     if not is_verbose():
         of_codes: dict[str, Notice] = {}
-        for each in chosen:
+        for each in sorted(chosen, key=lambda each: (not each.warns, not each.advises)):
             if each.warns or each.advises:
                 of_codes.setdefault(each.code, each)
-        chosen = sorted(of_codes.values(), key=lambda each: (not each.warns, not each.advises))[:_MOST]
+        chosen = [*of_codes.values()][:_MOST]
     for each in chosen:
         say(each.weight, f"{'' if len(whose[each]) == len(takes) else ''.join(whose[each])}{each.text}")
     return len(whose) - len(chosen)

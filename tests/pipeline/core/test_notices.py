@@ -20,6 +20,7 @@ from pcnet3d.pipeline.core.figures import (
     TOGETHER,
     UNITS,
     WITHHELD,
+    Audience,
 )
 from pcnet3d.pipeline.core.measures import Measure, Measures, Moments, Remark, read_measures, withheld, within
 from pcnet3d.pipeline.core.notices import (
@@ -208,9 +209,9 @@ def test_what_is_not_in_the_catalogue_cannot_be_made():
 
 def test_every_row_of_the_catalogue_is_whole_and_names_one_quantity():
     for name, figure in FIGURES.items():
-        assert (figure.name, figure.unit in UNITS, figure.group in GROUPS, figure.error in ERRORS) == (
-            name, True, True, True,
-        )  # fmt: skip
+        assert figure.name == name
+        assert {figure.unit in UNITS, figure.group in GROUPS, figure.error in ERRORS} == {True}, name
+        assert figure.audience in get_args(Audience), name
         assert figure.label
         assert figure.definition.endswith((".", ")")), name
     keys = [figure.key for figure in FIGURES.values()]

@@ -92,6 +92,16 @@ def test_position_channels_of_a_joint_stand_in_for_its_offset():
     np.testing.assert_allclose(joints[0, 1], [-3, 0, 0], atol=1e-12)
 
 
+def test_channels_of_an_end_site_turn_nothing():
+    text = chain((0, 0, 0, 90, 0, 0, 0, 0, 0))
+    end = "End Site\n    {\n"
+    more = text.replace(end, f"{end}CHANNELS 2 Xrotation Xrotation\n").rstrip() + " 30 60\n"
+    for found, usual in zip(
+        *(bvh_file.pose(*bvh_file.parse(each)[:3]) for each in (more, text)), strict=True
+    ):
+        np.testing.assert_array_equal(found, usual)
+
+
 @pytest.mark.parametrize("order", ["ZXY", "XYZ", "YZX"])
 def test_a_t_pose(order):
     """Faces +z, so the left hand is at +x."""

@@ -124,7 +124,8 @@ def test_a_notice_of_another_version_says_what_the_run_said(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "damage", ["no poses", "nested", "measures", "figure", "frames", "text", "cut", "rows", "camera"]
+    "damage",
+    ["no poses", "nested", "measures", "figure", "errors", "frames", "text", "cut", "rows", "camera"],
 )
 def test_what_is_no_finished_run_has_one_sentence(run, tmp_path, damage):
     folder = tmp_path / "out"
@@ -138,6 +139,8 @@ def test_what_is_no_finished_run_has_one_sentence(run, tmp_path, damage):
             summary["measures"] = [1]
         case "figure":  # that the next version has no more
             summary["measures"] = {"walking": {"backward_steps": 3}}
+        case "errors":  # fewer than repetitions
+            summary["measures"] = {"knee_bends": {"peak_deg": [80.0], "peak_error_deg": []}}
         case "frames":
             summary["poses"]["frame"]["axes"] = ["up", "up", "up"]
         case "camera":

@@ -69,6 +69,11 @@ def test_at_most_three_notices_are_said_the_gravest_and_those_to_act_on_first(sa
     assert out[-1] == "1 more note in the report (-v)"
     err, _ = said([notice("errors-unknown", what="it", reason=why) for why in ("so it is", "give --focal")])
     assert err == ["note: The errors of it are not known: give --focal."]
+    weights = {"give --focal": "note", "so it is": "warning"}  # the graver one is said, wherever it comes
+    err, _ = said(
+        [notice("errors-unknown", weight=weight, what="it", reason=why) for why, weight in weights.items()]
+    )
+    assert err == ["warning: The errors of it are not known: so it is."]
 
 
 def test_all_are_said_with_v(said):

@@ -150,7 +150,10 @@ def test_settings_of_reading_are_fields():
         ({"pitch": "inf"}, ["--set read.pitch=inf", "finite"]),
         ({"handedness": "ignroe"}, ["--set read.handedness=ignroe", "'ignore'"]),
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
-        ({"time_range": (8, 2)}, ["START before END"]),
+        *(
+            ({"time_range": span}, ["START before END"])
+            for span in ((8, 2), (8, 0), (None, 8), 8, [[1], [2]])
+        ),
         ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
     ],
