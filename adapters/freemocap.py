@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.anthropometry import implied_stature
+from ..pipeline.core.conversions import remap
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Z_UP
-from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, remap
+from ..pipeline.core.layouts import BLAZEPOSE33, COCO23
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.numpy import peek, plain_array
 from .kit.people import People

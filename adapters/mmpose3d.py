@@ -18,9 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.anthropometry import STATURES_M, implied_stature
+from ..pipeline.core.conversions import remap
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Frame
-from ..pipeline.core.layouts import COCO23, H36M17, remap
+from ..pipeline.core.layouts import COCO23, H36M17
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.clock import Moments

@@ -6,9 +6,10 @@ from .core.faces import lazily
 
 if TYPE_CHECKING:
     from .core.camera import Camera
+    from .core.conversions import change_frame, remap
     from .core.device import computing_on
     from .core.errors import InputError
-    from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
+    from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame
     from .core.layouts import (
         BLAZEPOSE33,
         BODY_25,
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
         SOMA30,
         SOMA77,
         Layout,
-        remap,
     )
     from .core.lifted import Lifted, ToLift
     from .core.measures import Measure, nested

@@ -16,9 +16,10 @@ from ..models.gravity.levelling import known_moving_up, known_up
 from ..models.lifter.builtin import KIND
 from ..models.lifter.keypoints import visible_only
 from ..models.lifter.otherwise import otherwise_better
+from ..pipeline.core.conversions import remap
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import undistorted
-from ..pipeline.core.layouts import H36M17, remap
+from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.lifted import Lifted, ToLift
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice

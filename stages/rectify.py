@@ -25,8 +25,9 @@ from ..models.gravity.levelling import (
 from ..models.gravity.votes import PersonFrames, take_rotation
 from ..models.rectifier.load import Checked, load_rectifier
 from ..pipeline.core.camera import Camera as View
+from ..pipeline.core.conversions import change_frame
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame
+from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame
 from ..pipeline.core.layouts import Layout
 from ..pipeline.core.notices import Notice, grave, notice, verdict, without_doubles
 from ..pipeline.core.pose import PoseSequence, Rectified

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...models.common.canonical import R_world_from_body
-from ...pipeline.core.frames import CAMERA, change_frame
+from ...pipeline.core.conversions import change_frame
+from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.pose import MadeBy, PoseSequence
 from ...pipeline.core.rotations import rotate
 from .skeleton import UP

@@ -17,7 +17,8 @@ from functools import partial
 import numpy as np
 
 from ...pipeline.core.blocks import blocks
-from ...pipeline.core.frames import CAMERA, change_frame
+from ...pipeline.core.conversions import change_frame
+from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, Layout
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose

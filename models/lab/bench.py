@@ -24,9 +24,10 @@ from ...examples.walker.camera import side_camera
 from ...examples.walker.files import write_files, write_keypoints, write_poses
 from ...examples.walker.long_video import write_long_video
 from ...examples.walker.walk import walker
+from ...pipeline.core.conversions import remap
 from ...pipeline.core.device import computing_on
 from ...pipeline.core.frames import IMAGE
-from ...pipeline.core.layouts import HALPE26, remap
+from ...pipeline.core.layouts import HALPE26
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.reading.settings import OnDevice, RunOptions
 

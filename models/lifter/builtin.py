@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.blocks import overlapping
+from ...pipeline.core.conversions import remap
 from ...pipeline.core.device import Placement, placement
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
-from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import OnnxFile, open_onnx

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.core.blocks import blocks
+from ...pipeline.core.conversions import remap
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE, require
-from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...pipeline.core.conversions import remap
 from ...pipeline.core.frames import IMAGE
-from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.layouts import H36M17, Layout
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from .builtin import reach, run

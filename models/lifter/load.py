@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.core.conversions import remap
 from ...pipeline.core.errors import InputError, naming
 from ...pipeline.core.frames import CAMERA
-from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.plugins.options import did_you_mean

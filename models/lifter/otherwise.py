@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.camera import PRIOR_FOCAL_SPREAD, Camera
-from ...pipeline.core.layouts import ARM, H36M17, LEG, remap
+from ...pipeline.core.conversions import remap
+from ...pipeline.core.layouts import ARM, H36M17, LEG
 from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence

@@ -8,15 +8,10 @@ has estimated. design.md sections 3 and 4, formats.md (frame table at its head).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .errors import InputError
-from .path import RootPath
-
-if TYPE_CHECKING:
-    from .pose import PoseSequence
 
 # Each family's words for directions, as vectors of that family's reference axes, and those for the opposite ones.
 _DIRECTIONS: dict[str, dict[str, tuple[float, ...]]] = {
@@ -31,7 +26,6 @@ _OPPOSITE = {
 }  # fmt: skip
 for _words in _DIRECTIONS.values():
     _words |= {_OPPOSITE[word]: tuple(-x for x in vector) for word, vector in _words.items()}
-_NEAREST_M = 0.5  # a pelvis less far ahead of the camera is a lifter's, which leaves it about the origin
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 UNITS = (*METRES, "px", "arbitrary")
 
@@ -110,53 +104,3 @@ def require(frame: Frame, expected: Frame, what: str) -> None:
         raise InputError(
             "wrong-axes", f"{what} needs points in {expected}, got {frame}; use change_frame first."
         )
-
-
-def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | None = None) -> PoseSequence:
-    """The same points expressed in another frame.
-
-    Inside a family the axes follow from the frames' words. Between families `R_to_from_source`, (3, 3) or
-    (T, 3, 3), must be given. Units convert among lengths; the origin changes only to "pelvis", by
-    subtracting the pelvis, which becomes the poses' `path` where the source truly knows its place. A rotation of
-    each frame's own leaves no path. Raises InputError, naming both frames, for anything else.
-    """
-    source = poses.frame
-    if source == to and R_to_from_source is None:
-        return poses
-    if source.family == to.family:
-        matrix = to.basis @ source.basis.T
-        if R_to_from_source is not None:
-            raise InputError(
-                "option-conflict", f"{source} and {to} differ by fixed axes only; do not give a rotation."
-            )
-    elif R_to_from_source is not None:
-        matrix = np.asarray(R_to_from_source)
-    else:
-        raise InputError(
-            "needs-input", f"No fixed map leads from {source} to {to}; give the rotation between them."
-        )
-    lengths = source.unit == to.unit or (source.metric and to.metric)
-    if not lengths or to.origin not in (source.origin, "pelvis"):
-        lacks = "offset between their origins" if lengths else "scale between their units"
-        raise InputError("wrong-axes", f"Points in {source} cannot become {to}: the {lacks} is not known.")
-    factor = 1.0 if source.unit == to.unit else METRES[source.unit] / METRES[to.unit]
-    if source.origin != to.origin:
-        path, pelvis = _place(poses), poses.joint("pelvis").astype(np.float64)[:, None]
-        poses = poses.with_(joints=poses.joints - pelvis, covariance=poses.covariance, path=path)
-    return poses.moved(matrix * factor, frame=to).noted("change_frame", source=source.name, to=to.name)
-
-
-def _place(poses: PoseSequence) -> RootPath | None:
-    """The pelvis from the frame's origin, or None when that says nothing: the origin is no fixed place, the
-    pelvis never moves, or is not ahead of the camera, where without a scale nobody can tell how far it is."""
-    frame = poses.frame
-    if frame.origin not in ("camera", "world"):
-        return None
-    place = poses.joint("pelvis").astype(np.float64)
-    visible = place[np.isfinite(place).all(axis=1)]
-    if len(visible) == 0 or np.ptp(visible, axis=0).max() == 0:
-        return None
-    if frame.origin == "camera":
-        ahead = np.median(visible @ frame.basis[:, 2]) * METRES.get(frame.unit, 0.0)
-        return RootPath(place) if ahead > _NEAREST_M else None
-    return RootPath(place)

@@ -7,14 +7,10 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .errors import InputError
-
-if TYPE_CHECKING:
-    from .pose import PoseSequence
 
 _BONES = (
     ("pelvis", "r_hip"), ("r_hip", "r_knee"), ("r_knee", "r_ankle"),
@@ -32,21 +28,6 @@ _SHORTCUTS = (
     ("r_shoulder", "r_hip"),
     ("l_shoulder", "l_hip"),
 )
-
-# A joint that a source lacks: the mean of joints that it has, the first rule that fits. The nose and the
-# head are defined differently by every estimator (formats.md section 1): never use them as rigid landmarks.
-_RULES: dict[str, tuple[tuple[str, ...], ...]] = {
-    "pelvis": (("l_hip", "r_hip"),),
-    "thorax": (("neck",), ("l_shoulder", "r_shoulder")),
-    "spine": (("pelvis", "thorax"), ("pelvis", "neck"), ("l_hip", "r_hip", "l_shoulder", "r_shoulder")),
-    "head": (("head_top",), ("l_ear", "r_ear"), ("l_eye", "r_eye")),
-    "nose": (("head_centre",), ("l_eye", "r_eye")),
-    # BlazePose's foot index is the tip of the foot's middle; it has no small toe (formats.md section 5).
-    "l_big_toe": (("l_foot_index",),),
-    "r_big_toe": (("r_foot_index",),),
-}
-# Joints that are the same point under another name; everything else a rule makes is called derived.
-_ALIASES = {("thorax", ("neck",)), ("head", ("head_top",))}
 
 
 @dataclass(frozen=True)
@@ -124,7 +105,6 @@ WHOLE_BODIES = {133: COCO23, 136: HALPE26, 94: HALPE26, 68: HALPE26, 135: BODY_2
 
 # Heels and toes, which stand behind the joints of H36M17 where a source has them (body_in).
 FEET = Layout("FEET", (*_limb("r", *_FOOT), *_limb("l", *_FOOT)))
-_MAY_LACK = ("nose", "head", *FEET.joints)  # joints that a body may lack throughout
 
 
 def body_of(points: Iterable[str]) -> Layout:
@@ -158,55 +138,3 @@ def layouts_of(joints: int, where: str, layouts: Sequence[Layout] = IN_2D) -> Se
         "wrong-content",
         f"{where}: expected people of {numbers} joints{f', or with hands and face {more}' * bool(more)}, got {joints}.",
     )
-
-
-def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
-    """The same skeleton in another layout, by joint name; `body_in` is H36M17 with heels and toes.
-
-    A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file.
-    Its confidence is the least of theirs; a NaN among them makes it NaN. `derived` names such joints; the history says
-    how they were made.
-    InputError when no rule gives a joint; but bodies without head or nose have these missing throughout, and those
-    with some of the heels and toes the others.
-    """
-    source = poses.layout
-    if source.joints == to.joints:
-        return poses if source == to else poses.with_(layout=to)
-    columns, confidences, derived = [], [], {}
-    for joint in to.joints:
-        parts = _sources(joint, source)
-        if not parts and joint in _MAY_LACK:
-            columns.append(np.full_like(poses.joints[:, 0], np.nan))
-            confidences.append(np.full_like(poses.confidence[:, 0], np.nan))
-            continue
-        if not parts:
-            raise InputError(
-                "wrong-content",
-                f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made.",
-            )
-        rows = source.indices(parts)
-        # A mean of one costs as much as one of many, a thousand people in a file a second.
-        alone = len(rows) == 1
-        columns.append(poses.joints[:, rows[0]] if alone else poses.joints[:, rows].mean(axis=1))
-        confidences.append(poses.confidence[:, rows[0]] if alone else poses.confidence[:, rows].min(axis=1))
-        if parts != (joint,) and (joint, parts) not in _ALIASES:
-            derived[joint] = parts[0] if alone else f"mean({', '.join(parts)})"
-    return poses.with_(
-        joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to
-    ).deriving("remap", derived, source=source.name, to=to.name)
-
-
-def body_in(poses: PoseSequence) -> Layout:
-    """H36M17, and behind it the heels and toes that are ever there."""
-    sources = {point: _sources(point, poses.layout) for point in FEET.joints}
-    return body_of(
-        point for point, parts in sources.items() if parts and np.isfinite(poses.joint(parts[0])).any()
-    )
-
-
-def _sources(joint: str, source: Layout) -> tuple[str, ...]:
-    """The joints that give this one, by the first rule that fits; () where none does."""
-    if joint in source:
-        return (joint,)
-    rules = (parts for parts in _RULES.get(joint, ()) if all(part in source for part in parts))
-    return next(rules, ())

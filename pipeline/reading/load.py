@@ -8,9 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..core.conversions import body_in, change_frame, remap
 from ..core.errors import InputError
-from ..core.frames import CAMERA, change_frame
-from ..core.layouts import body_in, layout_named, remap
+from ..core.frames import CAMERA
+from ..core.layouts import layout_named
 from ..core.messages import how_many
 from ..core.notices import notice
 from ..core.pose import UNSAID, PoseSequence, Step, package_version

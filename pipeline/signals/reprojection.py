@@ -6,8 +6,9 @@ import numpy as np
 
 from ..core.blocks import blocks
 from ..core.camera import Camera
+from ..core.conversions import remap
 from ..core.intrinsics import undistorted
-from ..core.layouts import H36M17, remap
+from ..core.layouts import H36M17
 from ..core.limits import limit
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.layouts import H36M17, remap
+from ..core.conversions import remap
+from ..core.layouts import H36M17
 from ..core.limits import limit
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm

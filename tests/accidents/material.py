@@ -17,9 +17,10 @@ from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
 from pcnet3d.models.lab.mocap.clips import Clip, Subjects, data_folder, person, read_clips
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
 from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.frames import CAMERA
 from pcnet3d.pipeline.core.frames import IMAGE as _IMAGE
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, remap
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26
 from pcnet3d.pipeline.core.pose import PoseSequence
 from pcnet3d.pipeline.core.take import Take
 from pcnet3d.pipeline.reading.load import read_video

@@ -5,8 +5,9 @@ import pytest
 
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.frames import GL_CAMERA
-from pcnet3d.pipeline.core.layouts import COCO17, remap
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.reading.guard import repaired
 

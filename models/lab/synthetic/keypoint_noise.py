@@ -116,7 +116,7 @@ class Spoilt:
     truncated: Share = 0.0  # the image ends somewhere in the body, mostly below
     occluded: Share = 0.0  # a part of the body is not seen for long
     absent: dict[str, Share] = field(default_factory=dict)  # joints that the detector does not have at all
-    # Pelvis, thorax and spine are made from shoulders and hips, as layouts.remap does for detectors that have none, and
+    # Pelvis, thorax and spine are made from shoulders and hips, as remap does for detectors that have none, and
     # the head lies between the ears' middle and its top.
     derived: Share = 0.0
 

@@ -16,9 +16,10 @@ from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.anthropometry import STATURES_M, implied_stature
+from ....pipeline.core.conversions import change_frame, remap
 from ....pipeline.core.errors import InputError, naming
-from ....pipeline.core.frames import Z_UP, change_frame
-from ....pipeline.core.layouts import H36M17, remap
+from ....pipeline.core.frames import Z_UP
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence

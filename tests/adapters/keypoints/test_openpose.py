@@ -6,7 +6,8 @@ import pytest
 from golden.detections import openpose as write_openpose
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.layouts import BODY_25B, COCO17, remap
+from pcnet3d.pipeline.core.conversions import remap
+from pcnet3d.pipeline.core.layouts import BODY_25B, COCO17
 
 # What OpenPose found of a man in one frame of Pose2Sim's demo (BSD-3-Clause), in BODY_25B.
 _REAL = (

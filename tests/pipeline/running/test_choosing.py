@@ -13,7 +13,8 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
-from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.conversions import change_frame
+from pcnet3d.pipeline.core.frames import PC_CAMERA
 from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.choose import choose_detected, choose_person
 from pcnet3d.pipeline.reading.settings import RunOptions

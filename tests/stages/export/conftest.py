@@ -10,7 +10,8 @@ from golden import bodies, waving
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Z_UP, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.core.layouts import HALPE26, body_in, remap
+from pcnet3d.pipeline.core.conversions import body_in, remap
+from pcnet3d.pipeline.core.layouts import HALPE26
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 

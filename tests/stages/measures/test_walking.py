@@ -10,7 +10,8 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import shipped_errors
 from pcnet3d.models.gait.gait import Stance, least_step, walks
-from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.conversions import change_frame
+from pcnet3d.pipeline.core.frames import PC_CAMERA
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.clean import Clean
