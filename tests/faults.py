@@ -30,7 +30,7 @@ class Fault(NamedTuple):
 FAULTS = [
     Fault("pipeline/core/rotations.py", "np.sign(np.linalg.det(u) * np.linalg.det(vt))", "1.0",
           "pipeline/core/test_frames.py"),
-    Fault("pipeline/core/frames.py", "matrix = to.basis @ source.basis.T", "matrix = source.basis @ to.basis.T",
+    Fault("pipeline/core/conversions.py", "matrix = to.basis @ source.basis.T", "matrix = source.basis @ to.basis.T",
           "pipeline/core/test_frames.py"),
     Fault("models/common/canonical.py", "from_columns(-np.cross(left, up), -left, up)",
           "from_columns(np.cross(left, up), left, up)", "models/common/test_canonical.py"),
