@@ -32,6 +32,7 @@ def person_view(
     eye: np.ndarray,
     target: Sequence[float] | np.ndarray = (0, 0, 0),
     contents: str | Sequence[str] = "$origin/**",
+    floor: rrb.LineGrid3D | None = None,
 ) -> rrb.View:
     """A view on dark ground, from where an eye (3,) stands to a target (3,). contents: entities, by default `entity`
     and all below it."""
@@ -44,7 +45,7 @@ def person_view(
         name=name,
         eye_controls=controls,
         background=DARK,
-        line_grid=rrb.LineGrid3D(False),
+        line_grid=floor or rrb.LineGrid3D(False),
     )
 
 

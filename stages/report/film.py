@@ -67,7 +67,8 @@ def _chosen(video: Video, first: int, last: int) -> list[int]:
 
 def windows(keypoints: PoseSequence | None, size: tuple[int, int]) -> Callable[[int], Window]:
     """A function that returns which part of the image the film shows at a video frame: a square around the person, as
-    large in all; all of an image of this size where no keypoints in it tell where that is."""
+    large in all, or what the image has of it; all of an image of this size where no keypoints in it tell where that
+    is."""
     whole = np.array(size)
     points = np.zeros((0, 1, 2)) if keypoints is None else keypoints.joints
     inside = np.asarray(((points >= 0) & (points < whole)).all(axis=-1))
@@ -77,12 +78,13 @@ def windows(keypoints: PoseSequence | None, size: tuple[int, int]) -> Callable[[
     points = np.where(inside[..., None], points, np.nan)[known]
     low, high = np.nanmin(points, axis=1), np.nanmax(points, axis=1)
     box = float(np.percentile((high - low).max(axis=1), _SMALLER))
-    side = int(min(max(_ROOM * box, _LEAST_PX), *size))
+    width, height = np.minimum(int(max(_ROOM * box, _LEAST_PX)), whole).tolist()
+    shown = np.array((width, height))
     frames, middles = keypoints.frame_index[known], (low + high) / 2
 
     def window(frame: int) -> Window:
         middle = np.array([np.interp(frame, frames, along) for along in middles.T])
-        return np.clip(np.round(middle - side / 2), 0, whole - side).astype(int), (side, side)
+        return np.clip(np.round(middle - shown / 2), 0, whole - shown).astype(int), (width, height)
 
     return window
 

@@ -137,10 +137,13 @@ class LiveRecording:
 
 
 def _views() -> rrb.Container:
+    import rerun as rr
     import rerun.blueprint as rrb
 
     eye = _SIZE * np.array((-1.8, 0.9, 0.4))
-    body = person_view("body", "BODY: the person faces you", eye)
+    at_the_feet = rr.components.Plane3D.XY.with_distance(-_SIZE)
+    floor = rrb.LineGrid3D(plane=at_the_feet, spacing=_SIZE / 4, color=(128, 128, 128, 110))
+    body = person_view("body", "BODY: the person faces you", eye, floor=floor)
     rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)")
     video = rrb.Spatial2DView(origin="video", name="Video and 2D keypoints")
     return rrb.Horizontal(rrb.Vertical(video, rotation, row_shares=[3, 1]), body)

@@ -174,6 +174,14 @@ def test_the_window_follows_the_person_into_the_corner_of_the_image():
     assert third.tolist() == [0, 0]
 
 
+@pytest.mark.parametrize("size", [(72, 128), (128, 72)])
+def test_who_fills_the_image_is_shown_whole(size):
+    """Of somebody in an upright video it showed the trunk alone."""
+    keypoints = seen_at(r_wrist=(4, 4), l_ankle=(size[0] - 4, size[1] - 4))
+    corner, shown = windows(keypoints, size)(0)
+    assert (corner.tolist(), shown) == ([0, 0], size)
+
+
 def test_no_frames_means_no_image(walk_take, film):
     take = walk_take.with_(video=film())
     assert "data:image/jpeg" in report(take)

@@ -14,7 +14,7 @@ import pytest
 
 from commands import pcnet3d, succeeded
 from golden import numbered
-from golden.recordings import GEOMETRIC, kept, logged
+from golden.recordings import GEOMETRIC, Recording, kept, logged
 from pcnet3d.adapters import read_all
 from pcnet3d.models import Found
 from pcnet3d.models.lifter.live import LiveLifter
@@ -37,6 +37,11 @@ def test_every_frame_of_a_file_is_in_the_recording_with_its_keypoints(from_file,
     frames, positions = logged(from_file / "live.rrd", "body/joints", "Points3D:positions")
     assert frames.tolist() == list(range(60))
     assert np.isfinite(np.array(positions)[1:]).all()
+
+
+def test_the_person_stands_on_a_floor(from_file):
+    (floor,) = Recording(from_file / "live.rrd").blueprint("LineGrid3D:plane")
+    assert floor == pytest.approx([0, 0, 1, -0.85], abs=0.01)
 
 
 def test_images_are_there_as_they_were_shown(from_file):
