@@ -76,7 +76,7 @@ def read(path: Path, image_size: tuple[int, int] | None = None) -> tuple[PoseSeq
     if points.ndim == 4 and len(points) == 1 and np.median(steps(points[0, ..., :2])) < REACH:
         points = points[0]  # a batch of one video, for people of one frame do not stand in each other's place
     points = points[:, None] if points.ndim == 3 else points
-    if np.nanmax(points[..., :2]) <= _SHARES:
+    if np.nanmax(np.abs(points[..., :2])) <= _SHARES:
         points = np.concatenate([in_pixels(points[..., :2], image_size, str(path)), points[..., 2:]], axis=-1)
     sightings = People(str(path))
     for frame, people in enumerate(points):

@@ -13,7 +13,6 @@ certainty.
 from __future__ import annotations
 
 import reprlib
-from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,7 @@ from ..pipeline.core.layouts import COCO17, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
 from .kit.frames import first_person, frame_files, keypoints_of, name_of, people, surely_2d
-from .kit.json import beginning, each, field
+from .kit.json import beginning, field, load
 from .kit.people import People
 
 name = "json2d"
@@ -95,13 +94,13 @@ def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]
     """Moment, annotation and place in the file of each of COCO's that has keypoints."""
     listed: dict[str, str] = {}  # names of images by their numbers
     images: dict[str, str] = {}  # and numbers by names, of those with people
-    content = defaultdict(list)
-    for key, element in each(path, _WHAT):
-        content[key].append(element)
-    for i, image in enumerate(content["images"]):
+    content = load(path, _WHAT)
+    held = (field(content, key, str(path)) for key in ("images", "annotations"))
+    of_images, annotations = (part if isinstance(part, list) else [part] for part in held)
+    for i, image in enumerate(of_images):
         where = f"{path}, image {i}"
         listed[str(field(image, "id", where))] = str(field(image, "file_name", where))
-    for i, entry in enumerate(content["annotations"]):
+    for i, entry in enumerate(annotations):
         where = f"{path}, annotation {i}"
         image = field(entry, "image_id", where)
         if str(image) not in listed:

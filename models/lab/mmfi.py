@@ -70,7 +70,10 @@ def mmfi(
     run = checked(load_toml(source, "a training config"), TrainConfig, str(source))
     splits = {name: split_of(clips, tested) for name, tested in PROTOCOLS.items()}
     hours = len(splits) * run.schedule.steps * step_s(run, device, splits["S2"]) / 3600
-    print(f"{len(splits)} trainings take about {hours:.2g} h, less what an earlier start has trained")
+    print(
+        f"{len(splits)} trainings take about {hours:.2g} h, less what an earlier start has trained",
+        flush=True,
+    )
     rows: dict[str, dict[str, Any]] = {}
     for name, split in splits.items():
         print(f"{name}: {', '.join(f'{len(of)} clips {part}' for part, of in split.items())}")

@@ -41,8 +41,8 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     half a second without any joint are NaN. Joints that are missing for a moment are put on a line between where they
     were seen, others are filled in from the rest of the body. Takes of other frame rates than 20 to 60 per second are
     lifted at one that the network knows (keypoints.clock_of); without time stamps they count as 30.
-    Raises InputError for another frame, normalised coordinates, without an image size, and for keypoints that jump
-    between two people.
+    Raises InputError for another frame, normalised coordinates, an unusable image size, or keypoints that jump between
+    two people.
     """
     keypoints, up = remap(asked.keypoints, H36M17), asked.up
     size = checked_size(replace(asked, keypoints=keypoints))

@@ -43,6 +43,10 @@ def checked_size(asked: ToLift) -> np.ndarray:
     """(2,) width and height in pixels. InputError when keypoints, image size and focal length cannot be right."""
     keypoints, image_size, focal_px = asked.keypoints, asked.image_size, asked.focal_px
     require(keypoints.frame, IMAGE, "The lifter")
+    if keypoints.frame.unit != "px":
+        raise InputError(
+            "wrong-axes", f"The lifter needs keypoints in pixels, got them in {keypoints.frame}."
+        )
     if image_size is None:
         raise InputError(
             "needs-input",
@@ -50,6 +54,11 @@ def checked_size(asked: ToLift) -> np.ndarray:
             "read.image_size=WIDTHxHEIGHT.",
         )
     size = np.asarray(image_size, dtype=float)
+    if size.shape != (2,) or not (np.isfinite(size) & (size >= 2)).all():
+        raise InputError(
+            "bad-value",
+            f"Expected an image size of two numbers of pixels, width and height; got {image_size}.",
+        )
     if focal_px is not None and not 0.1 * size.max() < focal_px < 20 * size.max():
         raise InputError(
             "bad-value",

@@ -57,7 +57,8 @@ class FunctionLifter:
         with naming("In frames {} to {}".format(*keypoints.frame_index[[0, -1]])):
             joints = answer_of("lift", self._function, "poses", x, (width, height), rate or USUAL_HZ)
             if joints.shape != (len(x), len(H36M17), 3):
-                expected = f"expected the shape {(len(x), len(H36M17), 3)}, got {joints.shape}."
+                got = joints.shape if joints.size else "nothing"
+                expected = f"expected the shape {(len(x), len(H36M17), 3)}, got {got}."
                 raise failed("lift", self._function, expected)
             if np.isnan(joints).all():
                 raise failed("lift", self._function, "every coordinate is NaN.")

@@ -69,7 +69,8 @@ class Checked:
 
 class PCNetRectifier:
     """Rectifier from an exported network. method: the name it was trained under, or its file's, "@" and the first 12
-    digits of the file's SHA-256."""
+    digits of the file's SHA-256. targets: what its rotations are of, a "body" or a data set's own "axes"; a run refuses
+    those."""
 
     def __init__(self, path: str | Path) -> None:
         """path: an .onnx file of these inputs and outputs (docs/python.md). InputError when there is no such file, or
@@ -86,6 +87,7 @@ class PCNetRectifier:
                 f"valid (?, 17); outputs R (?, 3, 3), error_deg (?), got {opened.looks}; export it as docs/python.md "
                 "shows.",
             )
+        self.targets = opened.stated.get("targets", "body")
         unnamed = "pcnet" if "pcnet3d" in opened.stated else Path(path).name
         self.method = f"{opened.stated.get('name', unnamed)}@{opened.digest}"
 

@@ -139,6 +139,10 @@ class PoseSequence:
         if "frame_index" not in arrays:
             arrays["frame_index"] = np.arange(rows)
             object.__setattr__(self, "frames_known", False)
+        elif not np.array_equal(arrays["frame_index"], self.frame_index):
+            raise InputError(
+                "times-broken", "Expected frame_index of whole numbers, those of video frames; got others."
+            )
         confidence = arrays.setdefault("confidence", np.full(joints.shape[:2], np.nan, np.float32))
         sizes = {"J": len(self.layout), "D": dims}
         for name, array in arrays.items():

@@ -5,6 +5,7 @@ import pytest
 
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
 from pcnet3d.models import load_rectifier
+from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 from pcnet3d.stages import rectify
@@ -42,12 +43,11 @@ def test_the_papers_network_comes_too(poses):
     assert 0.1 < geodesic_deg(shipped, paper).mean() < 8
 
 
-def test_a_network_of_a_data_sets_own_axes_is_refused(poses):
-    class Axes:
-        method, targets = "pcnet@axes", "axes"
-
-        def rotation(self, joints):
-            raise AssertionError("never asked")
-
-    with refused("wrong-network"):
-        rectify(poses, Axes())
+def test_a_network_of_a_data_sets_own_axes_is_refused(poses, tmp_path):
+    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    network = onnx.load(PCNET.open())
+    (targets,) = (each for each in network.metadata_props if each.key == "targets")
+    targets.value = "axes"
+    onnx.save(network, tmp_path / "axes.onnx")
+    with refused("wrong-network", "own axes"):
+        rectify(poses, str(tmp_path / "axes.onnx"))

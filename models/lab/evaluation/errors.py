@@ -81,7 +81,7 @@ def rows(asked: Configuration) -> Iterator[Row]:
             "needs-input",
             f"Expected a part that errors are fitted in with --fit: {', '.join([*FITTED, RAISED])}.",
         )
-    for name in asked.part or known:
+    for name in dict.fromkeys(asked.part or known):
         how = known[name]
         for seed in range(asked.seed, asked.seed + (1 if how.real else asked.draws)):
             for run in finished(replace(how, seed=seed)):

@@ -49,6 +49,16 @@ def test_annotation_of_an_unlisted_image(annotations):
         read(path)
 
 
+@pytest.mark.parametrize("held", [{}, {"annotations": None}, {"annotations": {"1": {}}}])
+def test_a_file_without_a_list_of_annotations_is_said_to_be_none(annotations, held):
+    def without(content):
+        del content["annotations"]
+        content.update(held)
+
+    with refused("wrong-content", "annotation"):
+        read(annotations(without))
+
+
 def test_long_list_of_images_before_the_annotations(annotations):
     more = [{"id": -i, "file_name": f"{i:030d}.jpg"} for i in range(1, 3000)]
     path = annotations(lambda content: content["images"].extend(more))

@@ -63,6 +63,8 @@ def test_shares_of_an_image_need_its_size(tmp_path, walk):
         read(tmp_path / "a.npy")
     poses = read(tmp_path / "a.npy", image_size=(1000, 800))
     np.testing.assert_allclose(poses.joints, walk[:, AS_COCO, :2], atol=1e-3)
+    np.save(tmp_path / "a.npy", walk[:, AS_COCO, :2] - 5000)  # pixels, beside the image
+    assert read(tmp_path / "a.npy").joints.max() < -1000
 
 
 def test_scores_of_0_are_said(tmp_path, walk):

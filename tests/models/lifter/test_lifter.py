@@ -156,6 +156,8 @@ def test_bad_input_is_refused_in_words():
         (lambda: poses(person() / 960 - 1), SIZE, {}, "look normalised"),
         (lambda: poses(person()), None, {}, "width and height"),
         (lambda: poses(person() * 3), SIZE, {}, "outside which 100 % of them lie"),
+        (lambda: poses(person()).with_(frame=IMAGE.with_(unit="mm")), SIZE, {}, "in pixels, got them in"),
+        *((lambda: poses(person()), size, {}, "image size") for size in ((0, 1080), (1920,), (1920, np.nan))),
         (lambda: poses(person()), SIZE, {"focal_px": -5.0}, "focal length"),
         (lambda: poses(person() * np.nan), SIZE, {}, "every joint of every frame is missing"),
         (two_people, SIZE, {}, "two people look mixed"),

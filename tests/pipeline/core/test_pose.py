@@ -55,6 +55,7 @@ def test_what_does_not_fit_is_refused_with_expected_and_got():
         (np.zeros((2, 17, 3)), {"confidence": np.zeros((2, 3))}, ["(2, 17)", "(2, 3)"]),
         (np.zeros((2, 17, 3)), {"time_s": [0.0, 0.0]}, ["time_s", "increase"]),
         (np.zeros((2, 17, 3)), {"time_s": [0.0, np.nan]}, ["time_s"]),
+        (np.zeros((2, 17, 3)), {"frame_index": [0.0, 1.5]}, ["frame_index", "whole"]),
         (np.zeros((2, 17, 3)), {"seams": (2,)}, ["seams"]),
     ]:
         with refused(None, *words):
