@@ -161,6 +161,7 @@ def test_a_file_of_errors_is_believed_and_told_where_it_is_not_used(walk, seen, 
     done = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))(Take("take", poses=poses))
     used = of == "lifted"
     assert ("the given file" in unknown(done).get(THE_ANGLES, "")) != used
+    assert any(each.code == "errors-unknown" and each.warns for each in done.notices) != used
     assert done.angle_errors == ("file" if used else "none")
     assert np.isfinite(done.kinematics["r_knee_flexion_sd_deg"]).any() == used
 

@@ -12,7 +12,7 @@ from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import walker as built_in
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.reading.findings import depth_factors
+from pcnet3d.pipeline.reading.findings import UNNUMBERED, depth_factors
 from refusals import refused
 
 CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
@@ -69,7 +69,8 @@ def test_a_clean_walker_is_good_and_described(walker, tmp_path):
 
 def test_what_the_file_does_not_say_is_a_note(walker, tmp_path):
     found = looked_at(tmp_path, walker, time_s=None, frame_index=None)
-    assert [said.code for said in found.people[0].findings] == ["not-stated", "not-stated"]
+    said = [(each.code, each.weight, each.values["what"]) for each in found.people[0].findings]
+    assert said == [("not-stated", "note", what) for what in (UNNUMBERED, "its frame rate")]
     assert found.verdict == "good"
 
 
@@ -241,8 +242,8 @@ def test_clip_boundaries_are_told(walker, tmp_path):
     walker[0, 0, AWAY] = 0
     np.save(tmp_path / "X3D.npy", (np.concatenate([walker] * 3) / 3).astype(np.float32))
     (person,) = inspect(tmp_path / "X3D.npy", "motionbert").people
-    (text,) = (finding.text for finding in person.findings if finding.code == "seam")
-    assert "row 243" in text
+    (said,) = (finding for finding in person.findings if finding.code == "seam")
+    assert (said.weight, "row 243" in said.text) == ("note", True)
 
 
 def test_one_frame_is_described_but_not_called_good(walker, tmp_path):
