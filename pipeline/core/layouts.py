@@ -1,5 +1,5 @@
-"""Joint layouts as data: names (layouts.toml), bones, mirror pairs, and how to get from one to another by name. "l_"
-and "r_" are the person's own left and right."""
+"""Joint layouts as data: names (layouts.toml), bones and mirror pairs. "l_" and "r_" are the person's own left and
+right."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def process(
     meanings = {"poses": Meaning(axes, joints, unit), "keypoints": Meaning(joints=keypoint_joints)}
     of_stages: dict[str, Any] = {"detect.detector": detect, "lift.lifter": lift}
     if "poses" not in held:
-        Meaning(axes, joints).refuse()
+        Meaning(axes, joints, unit if "poses" in files else None).refuse()
         of_stages["lift.unit"] = unit
     if "keypoints" not in held and keypoint_joints is not None:
         of_stages["detect.joints"] = layout_named(keypoint_joints).name

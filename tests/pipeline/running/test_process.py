@@ -235,3 +235,9 @@ def test_what_a_function_raised_is_the_cause_of_the_refusal(keypoints, film):
 def test_what_does_not_fit_is_refused(keypoints, joints, asked, code):
     with refused(code):
         pcnet3d.process(**asked(keypoints, joints))
+
+
+@pytest.mark.parametrize("said", [{"unit": "mm"}, {"axes": "z-up"}, {"joints": "COCO17"}])
+def test_what_a_file_of_poses_says_is_refused_by_the_name_that_was_given(said):
+    with refused("option-conflict", f"{next(iter(said))}: expected this of an array"):
+        pcnet3d.process(poses="poses.npy", fps=FPS, **said)
