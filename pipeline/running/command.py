@@ -5,11 +5,12 @@ from __future__ import annotations
 import typer
 
 from ..core.messages import is_verbose, say
+from ..files.atomic import check_replaceable
 from ..reading.settings import Force, Output, Resume, RunOptions, offering
 from .conclusion import conclude_people
 from .plan import planned
 from .progress import stages, telling_of_kept
-from .run import checkpoint_of, run_people
+from .run import checkpoint_of, inputs_of, run_people
 
 
 @offering()
@@ -20,6 +21,7 @@ def run(options: RunOptions, output: Output, resume: Resume = False, force: Forc
     video first.
     """
     chosen = planned(options)
+    check_replaceable(output, force, inputs_of(options, chosen))  # before anything is said of kept work
     names = ["read", *(entry.use for entry in chosen.stages)]
     for entry in chosen.stages if is_verbose() else ():
         say(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")

@@ -147,6 +147,11 @@ def test_what_was_detected_survives_a_later_failure(
             refused(again := call(*words, "-o", tmp_path / "part"), said)
     assert "--resume continues from there" in again.stderr  # which began anew
     assert not (tmp_path / "part").exists()
+    (tmp_path / "part" / "of somebody else").mkdir(parents=True)
+    refused(stopped := call(*words, "-o", tmp_path / "part"), "pcnet3d did not make")
+    assert "kept" not in stopped.stderr
+    assert "left its work" not in stopped.stderr
+    shutil.rmtree(tmp_path / "part")
     monkeypatch.setattr(detect_video.Search, "look", lambda *_: pytest.fail("was detected again"))
     succeeded(call(*words, "-o", tmp_path / "part", "--resume"))
     _same(tmp_path / "part", whole)

@@ -1,6 +1,7 @@
 """Detection over whole videos: where the person is, cuts, gaps, odd files, interrupted and taken up again; and the
 stage `detect`: whose keypoints are taken, and detectors that answer nonsense."""
 
+import json
 from collections.abc import Callable
 from dataclasses import fields, replace
 
@@ -19,6 +20,7 @@ from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.core.device import placement
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.messages import how_many
 from pcnet3d.pipeline.files import video_frames
@@ -289,9 +291,12 @@ def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tm
             boxes = [np.array([*each.min(axis=0), *each.max(axis=0)]) for each in own]
             return tuple(Found(xy, np.full(17, 0.9), box) for xy, box in zip(own, boxes, strict=True))
 
-    monkeypatch.setattr(
-        "pcnet3d.stages.detect.load_detector", lambda *given: asked.extend(given[3:4]) or Walkers()
-    )
+    def load(*given):
+        asked.extend(given[3:4])
+        placement().used["walkers.onnx"] = "cpu"
+        return Walkers()
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", load)
     options = RunOptions(video=walk_film.path, recipe=quick, everyone=True)
     runs = run_people(options, tmp_path / "out")
     assert asked == [True]
@@ -299,6 +304,9 @@ def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tm
     assert not any("person-chosen" in [each.code for each in run.take.notices] for run in runs)
     kept = {path.name for path in (tmp_path / "out").iterdir()}
     assert kept == {"0", "1", "keypoints.npz", "summary.json"}
+    for name in "01":
+        device = json.loads((tmp_path / "out" / name / "summary.json").read_text())["device"]
+        assert "walkers.onnx" in device["networks"]
     assert not any(path.name.startswith(".") for path in tmp_path.iterdir())
     with refused("option-conflict", "--person is for one person"):
         run_people(options.with_(person="0"), tmp_path / "other")

@@ -152,7 +152,7 @@ def test_settings_of_reading_are_fields():
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
         *(
             ({"time_range": span}, ["START before END"])
-            for span in ((8, 2), (8, 0), (None, 8), 8, [[1], [2]])
+            for span in ("8", (8, 2), (8, 0), (None, 8), 8, [[1], [2]])
         ),
         ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
