@@ -158,7 +158,8 @@ class Files:
             return rows
         if beside is None or beside.time_s is None or len(beside) == 1:
             if len(frames) == 1:  # an image has no rate
-                return rows.with_(time_s=np.zeros(1))
+                at = None if beside is None else beside.time_s
+                return rows.with_(time_s=np.zeros(1) if at is None else at)
             raise InputError(
                 "needs-rate",
                 f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself.",

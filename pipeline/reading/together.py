@@ -44,7 +44,8 @@ def together(
         keypoints = _centred(keypoints)
     camera = Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if focal_px else "prior")
     common = np.flatnonzero(np.isin(poses.frame_index, keypoints.frame_index))
-    if not len(common):
+    enough = limit("keypoints-not-of-poses.enough")
+    if len(common) < enough:
         return None
     spread = np.linspace(0, len(common) - 1, limit("keypoints-not-of-poses.rows"))
     common = common[np.unique(spread.astype(int))]
@@ -55,7 +56,6 @@ def together(
     ways = [(lag, 1.0) for lag in range(-most, most + 1)] + [(0, rate) for rate in RATES if rate != 1]
     frames = np.stack([at[0] + (at - at[0]) * rate + lag for lag, rate in ways])
     by_way = dict(zip(ways, off_at(frames), strict=True))
-    enough = limit("keypoints-not-of-poses.enough")
     offs = {way: _median(off) for way, off in by_way.items() if np.isfinite(off).sum() >= enough}
     if (0, 1.0) not in offs:
         return None
@@ -115,7 +115,7 @@ def _off(
     NaN where there are none.
     """
     every = frames.ravel()
-    after = np.searchsorted(known, every).clip(1, max(len(known) - 1, 1))
+    after = np.searchsorted(known, every).clip(1, len(known) - 1)
     before = after - 1
     share = (every - known[before]) / (known[after] - known[before])
     inside = (share >= -1e-9) & (share <= 1 + 1e-9)

@@ -133,6 +133,12 @@ def test_unknown_frame_numbers_are_admitted_beside_what_has_them(tmp_path, lifte
 def test_a_single_image_needs_no_rate(tmp_path, facing_camera):
     np.save(tmp_path / "X3D.npy", facing_camera[None] + [0.2, 0.2, 0])
     assert open_take(RunOptions(poses=tmp_path / "X3D.npy")).poses.times.tolist() == [0.0]
+    np.savez(tmp_path / "own.npz", joints=facing_camera[None], time_s=[1.0], frame_index=[30])
+    own = {"poses": tmp_path / "own.npz", "adapter": "arrays", "options": IN_METRES}
+    take = open_take(
+        RunOptions(**own, keypoints=drawn_tracks(tmp_path / "ap.json", {1: [30]}), time_range=":2")
+    )
+    assert take.keypoints.times.tolist() == take.poses.times.tolist() == [1.0]
     np.save(tmp_path / "X3D.npy", np.stack([facing_camera, facing_camera]) + np.array([0.2, 0.2, 0.0]))
     with refused("needs-rate"):
         open_take(RunOptions(poses=tmp_path / "X3D.npy"))
