@@ -38,7 +38,7 @@ from ..common.config import Share, Size
 from ..mocap.clips import Clip, lying, read_clips, subject_of
 from ..synthetic.bodies import BodyRange, mirror, proportions, redefined
 from ..synthetic.draw import Draw
-from ..synthetic.poses import MotionRange, PoseRange, from_vector, varied
+from ..synthetic.poses import MotionRange, from_vector, varied
 from ..synthetic.views import Lifted, Targets, View, read_lifted, seen, views
 from .loop import Device, Training, device_of, fingerprint, fit, reading, write_onnx
 
@@ -642,10 +642,13 @@ class TrainConfig(Training):
 
     @model_validator(mode="after")
     def _as_recorded(self) -> Self:
-        if self.targets == "axes" and (self.lifted or self.lifted_val or self.mixture.poses != PoseRange()):
+        poses = self.mixture.poses
+        turned = self.lifted or self.lifted_val or poses.turned or poses.leaning or poses.laid
+        if self.targets == "axes" and turned:
             raise InputError(
                 "option-conflict",
-                'expected bodies as they were recorded for targets = "axes"; leave lifted, lifted_val and poses out',
+                'expected bodies as they were recorded for targets = "axes"; leave lifted, lifted_val, turned, leaning '
+                "and laid out",
             )
         return self
 

@@ -3,6 +3,7 @@ training frames whose truth fits the joints, and a training run as small as it g
 
 import json
 import sys
+import tomllib
 from importlib.resources import files
 
 import numpy as np
@@ -275,7 +276,7 @@ def test_lifted_takes_of_people_of_another_part_are_refused(run, tmp_path, stand
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ((("seed = 1", 'seed = 1\ntargets = "axes"'),), "as they were recorded.*poses"),
+        ((("seed = 1", 'seed = 1\ntargets = "axes"'),), "as they were recorded.*turned"),
         ((("turned = 0.2", "turnt = 0.2"),), r"mixture\.poses\.turnt"),
         ((('kind = "pcnet"', 'kind = "pcnett"'),), "kind of lifter, pcnet; got 'pcnett'"),
         ((("lifted = 0.0", "lifted = 0.5"),), "lifted takes.*testbed"),
@@ -286,6 +287,11 @@ def test_configs_that_cannot_be_trained(run, tmp_path, changes, words):
     with pytest.raises(InputError, match=words):
         run(*changes)
     assert not (tmp_path / "out").exists()
+
+
+def test_the_worlds_axes_stay_where_a_trunk_is_swung():
+    config = tomllib.loads(tiny(("turned = 0.2", "turned = 0.0")))
+    assert module.TrainConfig.model_validate(config | {"targets": "axes"}).mixture.poses.swung
 
 
 @each_config
