@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import traceback
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -240,6 +241,23 @@ def main() -> None:
         if ended_by:  # a package whose import was cut short makes an error of its own of the exit
             sys.exit(128 + ended_by[0])
         _explain(error)
+
+
+def program() -> None:
+    """`pcnet3d` as a process of its own, which ends as soon as it has said its last word.
+
+    While Python takes itself down, threads of Arrow that have just begun abort it now and then, whatever its exit code
+    was (apache/arrow issue 34314).
+    """
+    code: str | int | None = 0
+    try:
+        main()
+    except SystemExit as ended:
+        code = ended.code
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # whoever read it has gone, or it was closed
+            stream.flush()
+    os._exit(code if isinstance(code, int) else bool(code))
 
 
 def _explain(error: Exception) -> None:

@@ -157,6 +157,14 @@ def test_a_run_ended_by_the_system_leaves_nothing(lifted, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
 
 
+@pytest.mark.parametrize(("words", "code"), [(["--version"], 0), (["inspect", "nosuch.npy"], 2)])
+def test_what_aborts_while_python_takes_itself_down_changes_no_exit_code(words, code):
+    asked = f"import atexit, os, sys; atexit.register(os.abort); sys.argv = ['pcnet3d', *{words}]\n"
+    asked += "from pcnet3d.pipeline.cli import program; program()"
+    ended = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True)
+    assert (ended.returncode, bool(ended.stdout), bool(ended.stderr)) == (code, code == 0, code == 2)
+
+
 def test_an_import_that_is_cut_short_is_no_fault_of_ours():
     """Packages in C answered the signal's exit with an ImportError of their own."""
     code = """
