@@ -14,6 +14,7 @@ import pytest
 
 from pcnet3d.models import load_lifter, load_rectifier
 from pcnet3d.models.detector.load import load_detector
+from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import (
     CAMERA,
     GL_CAMERA,
@@ -86,8 +87,7 @@ def test_another_packages_model_is_listed_and_opened(register, group):
 
 
 def test_another_packages_model_may_be_a_file(register):
-    weights = Path(str(load_rectifier("pcnet").path))
-    register("rectifiers", model(weights))
+    register("rectifiers", model(PCNET.file))
     assert load_rectifier("toy").method == load_rectifier("pcnet").method
 
 
