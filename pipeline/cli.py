@@ -10,7 +10,6 @@ import os
 import signal
 import sys
 import traceback
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -255,8 +254,10 @@ def program() -> None:
     except SystemExit as ended:
         code = ended.code
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError):  # whoever read it has gone, or it was closed
+        try:
             stream.flush()
+        except (OSError, ValueError):  # what it said did not arrive: a full disk, or a reader that has gone
+            code = code or 1
     os._exit(code if isinstance(code, int) else bool(code))
 
 

@@ -62,9 +62,15 @@ def process(
     meanings = {"poses": Meaning(axes, joints, unit), "keypoints": Meaning(joints=keypoint_joints)}
     of_stages: dict[str, Any] = {"detect.detector": detect, "lift.lifter": lift}
     if "poses" not in held:
-        Meaning(axes, joints, unit if "poses" in files else None).refuse()
+        Meaning(axes, joints, None if callable(lift) and "poses" not in files else unit).refuse()
         of_stages["lift.unit"] = unit
     if "keypoints" not in held and keypoint_joints is not None:
+        if not callable(detect) or "keypoints" in files:
+            raise InputError(
+                "option-conflict",
+                "keypoint_joints is for keypoints in memory or by a function; of a file give "
+                'settings={"keypoints.layout": NAME}.',
+            )
         of_stages["detect.joints"] = layout_named(keypoint_joints).name
     path, recipe = (None, recipe) if isinstance(recipe, Recipe) else (recipe, None)
     run_options = RunOptions(video=video, recipe=path, **files, **options)

@@ -241,3 +241,11 @@ def test_what_does_not_fit_is_refused(keypoints, joints, asked, code):
 def test_what_a_file_of_poses_says_is_refused_by_the_name_that_was_given(said):
     with refused("option-conflict", f"{next(iter(said))}: expected this of an array"):
         pcnet3d.process(poses="poses.npy", fps=FPS, **said)
+
+
+@pytest.mark.parametrize(
+    "given", [{"keypoints": "k.json"}, {"video": "v.mp4"}, {"video": "v.mp4", "detect": "rtmo"}]
+)
+def test_joints_of_a_file_are_refused_with_what_names_them(given):
+    with refused("option-conflict", "keypoint_joints", "keypoints.layout"):
+        pcnet3d.process(keypoint_joints="COCO17", **given)
