@@ -101,14 +101,6 @@ def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]], folde
     return str(kit().page(title, head, kept, whole, Markup(style), Markup(script), policy))
 
 
-def with_section(document: str, name: str, content: Markup) -> str:
-    """A folded `page` with one more section at its end, in the place of the one that was added by that name before."""
-    begin, end = f"<!-- {name} -->", "<!-- end -->"
-    earlier = re.compile(re.escape(begin) + ".*?" + end, re.DOTALL)
-    body, close, rest = earlier.sub("", document).rpartition("</main>")
-    return f"{body}{begin}{kit().parts([(name, name, content)], True)}{end}{close}{rest}"
-
-
 def _css_string(words: str) -> str:
     """The words as a string of CSS, in which everything but letters and digits of ASCII is written by its number."""
     return "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in words)

@@ -13,13 +13,12 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import REPORT, add_to_list, whole_folder, write_json, write_text
+from ...pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ...pipeline.files.digest import sha256
 from ...pipeline.files.finished import read_run
 from ...pipeline.reading.settings import Force
 from ...pipeline.running.sentences import trusted
-from ..drawing.page import bullets, with_section
-from ..export.markers import COORDINATES, OPENSIM, markers, write_motion, write_trc
+from ..export.markers import OPENSIM, markers, write_motion, write_trc
 from .model import Solved, follow, opensim
 
 _FOLDER = "opensim"  # in the run's, by default
@@ -54,7 +53,6 @@ def command(
     target = folder / _FOLDER if output is None else output
     with opensim() as package, whole_folder(target, force, (folder, model)) as partial:
         solved = solve(take, model, mass)
-        agreement = agreements(take, solved)
         write_trc(with_path(take), partial / "markers.trc")
         coordinates = dict(zip(solved.names, solved.coordinates.T, strict=True))
         write_motion(
@@ -62,17 +60,10 @@ def command(
         )
         solved.model.setName(f"{solved.model.getName()}_scaled")
         solved.model.printToXML(str(partial / "scaled.osim"))
-        write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved, agreement)))
-    summary = [trusted(take), *_summary(solved)]
+        write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved)))
     if output is None:
         add_to_list(folder, _FOLDER)
-        page = folder / REPORT
-        document = page.read_text(encoding="utf-8", errors="replace") if page.is_file() else ""
-        if "</main>" in document:  # it is whole
-            sentences = [f"{model.name} was scaled to the person; files: {_FOLDER}.", *summary]
-            write_text(page, with_section(document, "OpenSim", bullets(sentences)))
-    print("\n".join(_lines(agreement)))
-    print("\n".join(summary))
+    print("\n".join([trusted(take), *_summary(solved)]))
     print(f"results in {target}: {', '.join(sorted(path.name for path in target.iterdir()))}")
 
 
@@ -93,38 +84,13 @@ def with_path(take: Take) -> Take:
     return take.with_(filtered=take.filtered.with_(path=RootPath(path)))
 
 
-Agreement = dict[str, float | None]
-
-
-def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
-    """By our angle that a free coordinate of the model measures too: mean and standard deviation, in degrees, of
-    the inverse kinematics' angle less the one of pcnet3d, over frames that have both, and the usual standard error of
-    the latter, None where that is not known."""
-    columns, times = take.kinematics or {}, take.need("poses").times
-    result = {}
-    for ours, (coordinate, sign) in COORDINATES.items():
-        if coordinate not in solved.names or coordinate in solved.fixed or f"{ours}_deg" not in columns:
-            continue
-        of_model = solved.model.getCoordinateSet().get(coordinate)
-        if coordinate.startswith("knee") and -of_model.getRangeMin() > of_model.getRangeMax():
-            sign = -sign  # gait2392 bends its knees below 0
-        theirs = np.interp(times, solved.time_s, sign * solved.coordinates[:, solved.names.index(coordinate)])
-        apart = (theirs - columns[f"{ours}_deg"] + 180) % 360 - 180
-        if np.isfinite(apart).any():
-            stated = np.asarray(columns[f"{ours}_sd_deg"], np.float64)
-            usual = float(np.nanmedian(stated)) if np.isfinite(stated).any() else None
-            mean, sd = float(np.nanmean(apart)), float(np.nanstd(apart))
-            result[ours] = {"mean_deg": mean, "sd_deg": sd, "stated_sd_deg": usual}
-    return result
-
-
 def _fixed(solved: Solved) -> list[str]:
     """Which coordinates the joints do not tell."""
     names = ", ".join(solved.fixed)
     return [f"not told by the joints, left at the model's default: {names}"] if names else []
 
 
-def _content(model: Path, version: str, solved: Solved, agreement: dict[str, Agreement]) -> dict[str, Any]:
+def _content(model: Path, version: str, solved: Solved) -> dict[str, Any]:
     """opensim.json."""
     return {
         "pcnet3d": package_version(),
@@ -139,22 +105,7 @@ def _content(model: Path, version: str, solved: Solved, agreement: dict[str, Agr
         "residuals_m": {
             name: {"rms": rms, "max": largest} for name, rms, largest in solved.residuals_by_marker()
         },
-        "against_own_angles": agreement,
     }
-
-
-def _lines(agreement: dict[str, Agreement]) -> list[str]:
-    """A table of the angles that both know."""
-    if not agreement:
-        return []
-    head = (
-        f"{'inverse kinematics less own angle':<34}{'mean':>7}{'SD':>7}{'own error':>11}  (degrees, one SD)"
-    )
-    return [head] + [
-        f"{name:<34}{each['mean_deg']:>z7.1f}{each['sd_deg']:>7.1f}"
-        + (f"{each['stated_sd_deg']:>11.1f}" if each["stated_sd_deg"] is not None else f"{'not known':>11}")
-        for name, each in agreement.items()
-    ]
 
 
 def _summary(solved: Solved) -> list[str]:
