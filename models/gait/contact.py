@@ -4,8 +4,9 @@ A foot on the floor moves back under the body as evenly as the body moves ahead,
 recognises that in a window of 1.6 s of both legs, in BODY axes and leg lengths. It uses no scale, no place in the room,
 no heading and no frame rate, so it also works on a treadmill, with a moving camera, and for a lifter without a place.
 
-contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects, lifted and as captured,
-their walks also in simulated styles; models/lab/mocap/contact.py defines a contact there.
+contact.json was learned once, by the lab at commit b7136e6e, on 1,567,156 frames of feet of 24
+people (CMU's and ACCAD's train subjects), lifted and as captured, their straight walks also in 6 drawn styles;
+models/lab/evaluation/gait.py has the rule by which a foot was in contact.
 """
 
 from __future__ import annotations

@@ -11,7 +11,9 @@ is depth.
 
 gait_error.json was learned on validation subjects, their walks as captured and in drawn styles, each person with the
 same weight, so that nine in ten errors lie within 1.645 standard deviations: those of poses by the built-in lifter, and
-those of captured ones, of which times and shares are known. models/lab/fits/gait_errors.py widens it for a new lifter.
+those of captured ones, of which times and shares are known: 634 lifted and 319 captured walks and runs of six people
+of CMU and ACCAD; fitted once, at commit afb266a4. After a new lifter, `pcnet3d lab evaluate errors` says whether they
+still hold.
 """
 
 from __future__ import annotations

@@ -1,19 +1,15 @@
 """The example's files, read back the way a user's files are read, say what the walker did."""
 
-from itertools import pairwise
-
 import av
 import numpy as np
 
 from pcnet3d.adapters import read
-from pcnet3d.examples.walker import long_video
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import UNDETECTED, write_files, write_keypoints, write_poses
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import HALPE26
-from pcnet3d.pipeline.reading.load import read_video
 
 
 def rng() -> np.random.Generator:
@@ -66,19 +62,3 @@ def test_the_video_shows_the_take(tmp_path):
             x, y = np.round(pixels[row, H36M17.index(joint)]).astype(int)
             red, _, blue = image[y, x]
             assert red - blue > 60, (row, joint)
-
-
-def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path, monkeypatch):
-    monkeypatch.setattr(long_video, "walker", lambda: walker(seconds=3))
-    long_video.write_long_video(tmp_path / "long.mp4", 7)
-    video = read_video(tmp_path / "long.mp4")
-    assert np.allclose(np.diff(video.time_s), 1 / 30, atol=1e-3)
-    with av.open(str(tmp_path / "long.mp4")) as container:
-        small = [
-            frame.reformat(width=64, height=36, format="gray").to_ndarray().astype(float)
-            for frame in container.decode(video=0)
-        ]
-    assert len(small) == 210 == len(video.time_s)
-    steps = [np.abs(after - before).mean() for before, after in pairwise(small)]
-    assert max(steps) < 3  # grey levels on average; another image of the walk is 10 and more away
-    np.testing.assert_allclose(small[180], small[0], atol=12)

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import kabsch, rotate
-from ...common.metrics import joint_error, relative
+from ...common.metrics import joint_error
 
 
 @dataclass(frozen=True)
@@ -27,14 +26,6 @@ class Figure:
         if len(values) == 0:
             return cls(np.nan, np.nan, np.nan)
         return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
-
-
-def person_size(joints: np.ndarray) -> float:
-    """Root mean square distance of joints (T, 17, 3) from the pelvis, which does not count itself, in their unit; NaN
-    without any."""
-    square = (np.delete(relative(joints), H36M17.index("pelvis"), axis=-2) ** 2).sum(axis=-1)
-    square = square[np.isfinite(square)]
-    return float(np.sqrt(square.mean())) if len(square) else float("nan")
 
 
 def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:

@@ -41,10 +41,8 @@ _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the n
 _FEWEST = 15  # cases that a take counts with in a posture, half a second: of less a person would count as of minutes
 _JOINTS = ("joints in depth", "joints across")
 # In which angles' errors are fitted.
-FITTED = ("bodies alone", "image", "unsuspected errors", "moving", "typical", "typical, image")
-# Bodies whose arms a program raised, by which the parts for raised arms are made as large as these ask for: of the
-# people's 36,872 frames 38 have an upper arm over 150 degrees from the trunk, none over 165.
-RAISED, _ARMS = "arms raised", FEATURES.index("arms")
+FITTED = ["bodies alone", "image", "unsuspected errors", "moving", "typical", "typical, image"]
+_ARMS = FEATURES.index("arms")
 
 
 def configurations(asked: Configuration) -> dict[str, Configuration]:
@@ -56,7 +54,6 @@ def configurations(asked: Configuration) -> dict[str, Configuration]:
         "up given": replace(asked, up_told=True),
         "moving": replace(asked, camera="moving"),
         "moving, image": replace(asked, camera="moving", image=True),
-        RAISED: replace(asked, image=True, arms_raised=True),
         "typical": replace(asked, bed="typical"),
         "typical, image": replace(asked, bed="typical", image=True),
         "typical, focal given": replace(asked, bed="typical", focal_known=True),
@@ -76,10 +73,9 @@ def rows(asked: Configuration) -> Iterator[Row]:
         raise InputError(
             "name-unknown", f"There is no part '{unknown[0]}'; {did_you_mean(unknown[0], known)}"
         )
-    if asked.fit and asked.part and not {*asked.part} & {*FITTED, RAISED}:
+    if asked.fit and asked.part and not {*asked.part} & {*FITTED}:
         raise InputError(
-            "needs-input",
-            f"Expected a part that errors are fitted in with --fit: {', '.join([*FITTED, RAISED])}.",
+            "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(FITTED)}."
         )
     for name in dict.fromkeys(asked.part or known):
         how = known[name]
@@ -134,20 +130,13 @@ def further(
         return
     named: dict[str, dict[str, Sequence[Cases]]] = {}
     for (table, statement, name), takes in values.items():
-        if table == "statements":
+        if table == "statements" and name in FITTED:
             named.setdefault(statement, {})[name] = takes
-    own = {
-        statement: {name: groups[name] for name in FITTED if name in groups}
-        for statement, groups in named.items()
-    }
-    noise = read_noise(_begun(asked) or NOISE_FILE)
-    noise = refitted(own, noise) if any(own.values()) else noise
+    noise = refitted(named, read_noise(_begun(asked) or NOISE_FILE))
     noise = replace(noise, lifter=load_lifter(asked.lifter).method)
-    raised = {statement: groups[RAISED] for statement, groups in named.items() if RAISED in groups}
-    noise, of_raised = with_raised_arms(noise, raised)
     write_text(output / "joint_noise.json", noise.as_json())
-    shares = chain(of_strangers(own), ((both, RAISED, share) for both, share in of_raised.items()))
-    yield from ((("strangers", of, name), {"inside": round(share, 3)}) for of, name, share in shares)
+    for statement, name, share in of_strangers(named):
+        yield ("strangers", statement, name), {"inside": round(share, 3)}
 
 
 def _short(figure: float) -> float:
@@ -156,7 +145,8 @@ def _short(figure: float) -> float:
 
 def refitted(named: Mapping[str, Groups], noise: JointNoise) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
-    by, that hold in these configurations together. named: by statement."""
+    by, that hold in these configurations together; the part of raised arms is not made smaller, for hardly anybody
+    raises one here. named: by statement."""
     of_angles = {
         both: _of_angle_and_rate(both, _pooled(named[both]), _pooled(named[f"rate of {both}"]))
         for both in dict.fromkeys(map(of_both, ANGLES))
@@ -165,6 +155,8 @@ def refitted(named: Mapping[str, Groups], noise: JointNoise) -> JointNoise:
     for name in ANGLES:
         for part, value in of_angles[of_both(name)].items():
             parts.setdefault(part, {})[name] = value
+        raised = noise.postures.get(name, np.zeros(len(FEATURES)))[_ARMS]
+        parts["postures"][name][_ARMS] = max(parts["postures"][name][_ARMS], raised)
     joints = [take for statement in _JOINTS for take in _pooled(named.get(statement, {}))]
     if joints:  # none of a lifter that states no error of joints
         own, focal, pitch = np.sqrt(fitted(joints, _of_turn)).tolist()
@@ -236,40 +228,6 @@ def _found(take: Cases, both: str) -> np.ndarray:
 
 def _needs_gravity(both: str) -> bool:
     return ANGLES[sides_of(both)[0]].needs_gravity
-
-
-def with_raised_arms(
-    noise: JointNoise, raised: Mapping[str, Sequence[Cases]]
-) -> tuple[JointNoise, dict[str, float]]:
-    """The noise whose parts of raised arms are as large as these takes ask for, by statement, all others as they are,
-    and none smaller than it was: bars have to hold in usual motion too. Of each angle also the share inside, each
-    person by parts that were fitted to all the others."""
-    postures, shares = dict(noise.postures), {}
-
-    def squares(take: Cases) -> np.ndarray:
-        return SD_90**2 * growth(take.values)[:, [_ARMS]] ** 2
-
-    for both in OF_BOTH:
-        names = sides_of(both)
-        arms = (take.where(squares(take)[:, 0] > 0) for take in raised.get(both, ()))
-        takes = [_without_arms(noise, names[0], take) for take in arms if len(take)]
-        if len({take.person for take in takes}) < 2:
-            continue
-        asked_for = np.sqrt(fitted(takes, squares, on_top=True))[0]
-        shares[both] = judge.inside(held_out({"": takes}, squares, on_top=True)[""])["inside"]
-        for name in names:
-            parts = list(noise.postures.get(name, np.zeros(len(FEATURES))))
-            parts[_ARMS] = max(parts[_ARMS], asked_for)
-            postures[name] = [round(float(each), 2) for each in parts]
-    return replace(noise, postures=postures), shares
-
-
-def _without_arms(noise: JointNoise, name: str, take: Cases) -> Cases:
-    """The take with the noise's bars of an angle but for the part of raised arms."""
-    beyond = growth(take.values)
-    beyond[:, _ARMS] = 0
-    parts = noise.factors[name] * take["noise"], noise.tilts[name] * take["tilt"]
-    return take.having(half=SD_90 * noise.whole(name, *parts, take["found"], beyond))
 
 
 def of_strangers(named: Mapping[str, Groups]) -> Iterator[tuple[str, str, float]]:

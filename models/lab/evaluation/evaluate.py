@@ -58,7 +58,6 @@ REPORTS = {  # by the names of their modules, with - for _
     "lifter": Report(_PEOPLE, ()),
     "gait": Report(("bed", *_PEOPLE)),
     "jumps": Report(("bed", *_PEOPLE), bed="typical"),
-    "verdicts": Report(("bed", *_PEOPLE)),
     "repetitions": Report(("bed",), bed="typical"),
     "errors": Report((*_PEOPLE, "draws", "part", "fit", "errors")),
     "real-take": Report(()),

@@ -81,13 +81,12 @@ def _tenths(takes: Sequence[Cases], name: str) -> Iterator[np.ndarray]:
             yield use
 
 
-def fitted(takes: Sequence[Cases], squares: Squares, on_top: bool = False) -> np.ndarray:
-    """(K,) the weights, none below 0, by which STRANGERS of the cases are inside; on_top: beside the bars that are."""
+def fitted(takes: Sequence[Cases], squares: Squares) -> np.ndarray:
+    """(K,) the weights, none below 0, by which STRANGERS of the cases are inside."""
     from scipy.optimize import minimize
 
     takes = [thinned(take) for take in takes]
     x = np.concatenate([squares(take) for take in takes])
-    own = on_top * column(takes, "half") ** 2
     error = np.log(np.abs(column(takes, "error")) + _TINY)
     known = [name for name in takes[0].values if name not in ("error", "half")]
     parts = [None, *(use for name in known for use in _tenths(takes, name))]
@@ -95,11 +94,11 @@ def fitted(takes: Sequence[Cases], squares: Squares, on_top: bool = False) -> np
     size = np.average(error, weights=weight)
     error = error - size  # so that a part is as small in any unit
     usual = np.average(x, axis=0, weights=weight) + _TINY
-    x, own = x / usual, own / np.exp(2 * size)
+    x = x / usual
 
     def loss(logs: np.ndarray) -> tuple[float, np.ndarray]:
         parts = x * np.exp(logs)
-        total = parts.sum(axis=1) + own + _TINY
+        total = parts.sum(axis=1) + _TINY
         over = error - 0.5 * np.log(total)
         soft = np.logaddexp(0, over / _SOFT) * _SOFT  # max(over, 0), with a round corner
         value = weight @ (soft - (1 - STRANGERS) * over)
@@ -111,18 +110,15 @@ def fitted(takes: Sequence[Cases], squares: Squares, on_top: bool = False) -> np
     return np.where(logs < -_NOTHING, 0.0, np.exp(logs + 2 * size)) / usual
 
 
-def held_out(
-    by_group: Mapping[str, Sequence[Cases]], squares: Squares, on_top: bool = False
-) -> dict[str, list[Cases]]:
+def held_out(by_group: Mapping[str, Sequence[Cases]], squares: Squares) -> dict[str, list[Cases]]:
     """Each person's takes with the bars that those of all the others ask for, of all groups together; by group."""
     takes = [take for group in by_group.values() for take in group]
     out: dict[str, list[Cases]] = {name: [] for name in by_group}
     for person in sorted({take.person for take in takes}):
-        found = fitted([take for take in takes if take.person != person], squares, on_top)
+        found = fitted([take for take in takes if take.person != person], squares)
         for name, group in by_group.items():
             own = (take for take in group if take.person == person)
-            bars = ((take, on_top * take["half"] ** 2 + squares(take) @ found) for take in own)
-            out[name] += [take.having(half=np.sqrt(bar)) for take, bar in bars]
+            out[name] += [take.having(half=np.sqrt(squares(take) @ found)) for take in own]
     return out
 
 

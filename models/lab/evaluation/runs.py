@@ -43,7 +43,6 @@ from .testbed import (
     Bed,
     LiftedTake,
     SeenTake,
-    arms_raised,
     laid_down,
     lifted_by,
     real_takes,
@@ -117,9 +116,9 @@ class Configuration:
     the usual one is assumed, as of a video without lines. side: of VIEWS, from which people who do not turn are filmed.
     real: the name of a take before four real cameras (testbed.real_takes), in place of virtual takes; then the image is
     the video's own. errors: a file of angles' errors, as a user gives one. unsuspected: how many times as much the
-    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). arms_raised: as
-    testbed.arms_raised has the bodies. bodies: with other proportions, for training. laid: of so large a share of the
-    clips only, whose bodies lie (testbed.laid_down). draws, part, fit: of the report `errors`."""
+    detector errs in unusual postures and fast motion, and its scores do not tell (`unsuspected`). bodies: with other
+    proportions, for training. laid: of so large a share of the clips only, whose bodies lie (testbed.laid_down). draws,
+    part, fit: of the report `errors`."""
 
     people: Sets = "val"
     seed: int = 0
@@ -135,7 +134,6 @@ class Configuration:
     real: str = ""
     errors: Path | None = None
     unsuspected: float = 1.0
-    arms_raised: bool = False
     bodies: BodyRange | None = None
     laid: float = 0.0
     draws: int = 1
@@ -265,8 +263,6 @@ def seen_takes(
     for clip in each(clips, of.label, len(clips)):
         views = seen_from(clip, asked.side, usual) if asked.side else usual
         moving: Clip | None = at_rate(clip, asked.fps)
-        if asked.arms_raised:
-            moving = arms_raised(moving, asked.seed)
         if asked.laid:
             moving = laid_down(moving, asked.seed, asked.laid)
         if moving is not None and views is not None:

@@ -48,7 +48,6 @@ from ..synthetic.keypoint_noise import Noise, detect
 MIN_FRAMES = 30
 LOOK_DEG = np.array([1.2, 0.6])  # pitch and roll of up by an image: what photographs give
 _LAID_SD_DEG = 12.0  # of how far from level a laid body lies
-_RAISED_S = 3.0  # of a clip whose arms are raised: they stay so, and more seconds tell little more
 _ON_THE_FLOOR = 0.05  # share of its joints below the floor
 
 BALANCING, STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
@@ -137,25 +136,6 @@ def laid_down(clip: Clip, seed: int, share: float) -> Clip | None:
     pelvis = clip.joints[:, [H36M17.index("pelvis")]]
     joints = pelvis + rotate(R, clip.joints - pelvis)
     joints[..., 2] -= np.quantile(joints[..., 2], _ON_THE_FLOOR)
-    return replace(clip, joints=joints.astype(np.float32))
-
-
-def arms_raised(clip: Clip, seed: int) -> Clip:
-    """The motion's beginning with one arm or both turned upwards about the shoulders' axis, so far that an arm which
-    hangs points straight up, and one that points forward stays; elbows bend as they did."""
-    from scipy.spatial.transform import Rotation
-
-    joints = clip.joints[: round(_RAISED_S * clip.fps)].astype(np.float64)
-    pelvis, thorax, left, right = H36M17.indices(("pelvis", "thorax", "l_shoulder", "r_shoulder"))
-    up, across = unit(joints[:, thorax] - joints[:, pelvis]), joints[:, left] - joints[:, right]
-    across = unit(across - (across * up).sum(axis=1, keepdims=True) * up)
-    front = np.cross(across, up)
-    for side in ("r", "l", "rl")[_rng(clip, seed, 1).integers(3)]:
-        shoulder, *arm = H36M17.indices([f"{side}_{part}" for part in ("shoulder", "elbow", "wrist")])
-        limb = joints[:, arm] - joints[:, [shoulder]]
-        forward = np.arctan2((limb[:, 0] * front).sum(axis=1), -(limb[:, 0] * up).sum(axis=1))
-        R = Rotation.from_rotvec(-(np.pi - 2 * forward)[:, None] * across).as_matrix()
-        joints[:, arm] = joints[:, [shoulder]] + rotate(R, limb)
     return replace(clip, joints=joints.astype(np.float32))
 
 

@@ -24,13 +24,11 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, whole_file, write_json
 from ...angle_error.joint_noise import NOISE_FILE
 from ...angle_error.repeatability import REPEATABILITY_FILE
-from ...gait.contact import CONTACT_FILE
-from ...gait.errors import ERROR_FILE
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..evaluation.errors import FITTED, RAISED
+from ..evaluation.errors import FITTED
 from ..evaluation.evaluate import evaluate
-from . import contact, gait_errors, joint_noise, visits
+from . import joint_noise, visits
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
 _NETWORKS = "networks.json"
@@ -50,8 +48,6 @@ def steps() -> list[Step]:
     """All of them, in the order in which they rest on each other."""
     return [
         Step("modes.json", joint_noise.learn, NOISE_FILE),
-        Step("contact.json", contact.learn, CONTACT_FILE),
-        Step("gait_error.json", gait_errors.learn, ERROR_FILE),
         Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
         Step("repeatability.json", visits.learn, REPEATABILITY_FILE),
         Step("judged/evaluation.json", partial(kit, _JUDGED_SEED, False)),
@@ -60,8 +56,7 @@ def steps() -> list[Step]:
 
 def kit(seed: int, fit: bool, output: Path) -> None:
     """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
-    part = [*FITTED, RAISED] if fit else None
-    evaluate("errors", output.parent, seed=seed, part=part, fit=fit or None)
+    evaluate("errors", output.parent, seed=seed, part=FITTED if fit else None, fit=fit or None)
 
 
 def take_steps(folder: Path, of: Sequence[Step]) -> None:

@@ -29,18 +29,17 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ....pipeline.core.anthropometry import SEGMENTS
-from ....pipeline.core.errors import InputError, needed_for
+from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import geodesic_deg
 from ...common.vectors import rotate
-from ...shipped import PCNET
 from ..common.config import Share, Size
 from ..mocap.clips import Clip, lying, read_clips, subject_of
 from ..synthetic.bodies import BodyRange, mirror, proportions, redefined
 from ..synthetic.draw import Draw
 from ..synthetic.poses import MotionRange, from_vector, varied
 from ..synthetic.views import Lifted, Targets, View, read_lifted, seen, views
-from .loop import Device, Training, device_of, fingerprint, fit, reading, write_onnx
+from .loop import Device, Training, device_of, fingerprint, fit, write_onnx
 
 JOINTS = len(H36M17)
 _PELVIS = H36M17.index("pelvis")
@@ -588,36 +587,6 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
     write_onnx(deployed, path, inputs, ("batch",), ("R", "error_deg"), said)
 
 
-def start_with(net: PCNet, path: Path) -> None:
-    """Give net the weights of a file that `export` wrote, such as the shipped pcnet.onnx: the same answers. The file
-    has no residual head; net's own is kept. InputError when it is none, or does not fit."""
-    with needed_for("Beginning with the weights of a network"):
-        import onnx
-    own = {name: value for name, value in net.state_dict().items() if name.startswith("residual.")}
-    with reading(path, "a network as the config's [net] says"):
-        kept = onnx.load(str(path), load_external_data=False).graph.initializer
-        tensors = {each.name: torch.from_numpy(onnx.numpy_helper.to_array(each).copy()) for each in kept}
-        net.load_state_dict(own | _by_parameter(tensors))
-
-
-def _by_parameter(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """The weights of an exported network by their names in PCNet. What no input changes the exporter works out ahead
-    and forgets the names of: the joints' positions, the graph's adjacency, and the halves of a bias that keys and
-    values share, which stand in the order of their matrices."""
-    weights = {name.removeprefix("net."): each for name, each in tensors.items() if name.startswith("net.")}
-    halves = iter([tensor for name, tensor in tensors.items() if name.startswith("slice_")])
-    for name in [name for name in weights if name.endswith("key_value.weight")]:
-        weights[name.replace("weight", "bias")] = torch.cat([next(halves), next(halves)])
-    floats = [tensor for tensor in tensors.values() if tensor.is_floating_point()]
-    (adjacency,) = (tensor for tensor in floats if tensor.shape == (JOINTS, JOINTS))
-    (position,) = (tensor for tensor in floats if tensor.ndim == 3 and tensor.shape[:2] == (JOINTS, 1))
-    weights["encoder.attention.position"] = position[:, 0]
-    # Half is the skeleton's where alpha is 0.
-    weights["encoder.graph.learned"] = 2 * adjacency - skeleton_adjacency()
-    weights["encoder.graph.alpha"] = torch.zeros(())
-    return weights
-
-
 _VALIDATION_FRAMES = 2000
 _LYING_SHARE = 0.1  # of the score
 
@@ -627,8 +596,6 @@ class TrainConfig(Training):
 
     kind: str = "pcnet"
     name: str = Field("pcnet", pattern=r"^[\w.-]+$")  # of the network's file, and what results call it
-    # The network to begin with, of the same [net]: an .onnx file of an earlier run, or "pcnet", the shipped one.
-    start: Path | None = None
     # Files of `pcnet3d lab testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted: tuple[Path, ...] = ()
     # The same of val subjects, by a lifter that never saw them; with it, the best weights are the best on these.
@@ -664,10 +631,7 @@ def train(
     on = device_of(device)
     torch.manual_seed(config.seed)
     frames, checks, learns_from = prepare(config, on, clips)
-    net = PCNet(config.net, config.bf16)
-    if config.start is not None:
-        start_with(net, PCNET.open() if str(config.start) == "pcnet" else config.start)
-    net = net.to(on)
+    net = PCNet(config.net, config.bf16).to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
     losses = partial(loss_of, net, frames, config)
 

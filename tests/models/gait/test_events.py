@@ -7,6 +7,8 @@ import pytest
 
 from golden.motions import motion_with
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.take_angles import smoothed
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.gait.contact import contacts, leg_lengths, windows
 from pcnet3d.models.gait.gait import (
     ON_FLOOR,
@@ -18,9 +20,9 @@ from pcnet3d.models.gait.gait import (
     strides,
     walks,
 )
-from pcnet3d.models.lab.fits.contact import in_body
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.core.rotations import rotate, transpose
 
 FPS = 30
 TIME = np.arange(8 * FPS) / FPS
@@ -266,7 +268,9 @@ def test_nobody_runs_at_fifty_steps_a_minute(step_s, lasts, kind, monkeypatch):
 
 
 def body_of(walk):
-    return in_body(walk.world - walk.root[:, None], walk.time_s)
+    """Low-passed, in BODY's axes."""
+    smooth = smoothed(walk.world - walk.root[:, None], walk.time_s)
+    return rotate(transpose(R_world_from_body(smooth)), smooth)
 
 
 @pytest.mark.parametrize("fps", [25, 30, 60, 120])

@@ -1,16 +1,12 @@
-"""The gait report on a take whose answer is known, and the fit of stated errors to errors that are known."""
+"""The gait report on a take whose answer is known."""
 
-import numpy as np
 import pytest
 
 from pcnet3d.models.gait.gait import Stance
-from pcnet3d.models.lab.common.cases import Cases, grouped
 from pcnet3d.models.lab.evaluation import gait as module
 from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
-from pcnet3d.models.lab.evaluation.judge import STRANGERS
 from pcnet3d.models.lab.evaluation.runs import Configuration
-from pcnet3d.models.lab.fits.gait_errors import widened
 from pcnet3d.pipeline.core.measures import read_measures
 
 
@@ -56,29 +52,3 @@ def test_steps_that_were_not_counted_are_no_part_of_what_is_judged():
         for step in walk
     ]
     assert steps == [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5), (3.5, 4.0), (4.0, 4.5), (4.5, 5.0)]
-
-
-@pytest.mark.parametrize("size", [2.0, 0.5])
-def test_errors_are_widened_until_nine_in_ten_hold_and_never_narrowed(size):
-    """Of seven walkers; the one runner's are theirs too."""
-    rng = np.random.default_rng(1)
-    errors = size * rng.standard_normal(700)
-    found = grouped(
-        (
-            ("running" if i % 70 == 0 else "walking", "step_time_s"),
-            Cases(f"person {i % 7}", {"error": np.array([error]), "half": np.array([1.645])}),
-        )
-        for i, error in enumerate(errors)
-    )
-    parts = {"step_time_s": {"shared": 0.01, "each": 0.02, "most": 9.0, "usual_scatter": 0.04}}
-    before = {gait: parts for gait in ("walking", "running")}
-    assert widened(before, found, SIDES_APART) == before  # of which nobody shows any
-    for figures in widened(before, found).values():
-        fitted = figures["step_time_s"]
-        by = fitted["shared"] / 0.01
-        assert fitted["each"] == pytest.approx(0.02 * by, rel=0.01)
-        assert (fitted["most"], fitted["usual_scatter"]) == (9.0, 0.04)
-        if size > 1:
-            assert np.mean(np.abs(errors) <= by * 1.645) == pytest.approx(STRANGERS, abs=0.02)
-        else:
-            assert by == 1

@@ -1,14 +1,11 @@
 """The one procedure for stated errors: known answers."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.lab.common.cases import Cases
 from pcnet3d.models.lab.evaluation import judge
-from pcnet3d.models.lab.evaluation.errors import of_strangers, with_raised_arms
+from pcnet3d.models.lab.evaluation.errors import of_strangers
 from pcnet3d.models.lab.evaluation.judge import fitted, held_out, summed
 
 
@@ -57,26 +54,6 @@ def test_fitted_bars_hold_at_every_size_on_people_left_out_and_in_every_unit():
         assert judge.inside(parts)["inside"] > 0.8
     small = [take.having(error=1e-3 * take["error"]) for take in takes]
     np.testing.assert_allclose(fitted(small, squares), 1e-6 * weights, rtol=0.01)
-
-
-def test_what_a_posture_adds_is_fitted_beside_all_else_and_only_made_larger():
-    """Nobody of the validation people raises an arm as far as others do: the part for raised arms was none."""
-    rng, takes, name = np.random.default_rng(1), [], "trunk_lean_sagittal"
-    of = [{name: each} for each in (1.0, 0.0, [1.0, 2.0, 0.0, 3.0])]
-    noise = replace(shipped_noise(), factors=of[0], tilts=of[1], postures=of[2], more={})
-    for person in "abcdef":
-        arms = rng.uniform(60, 180, 1000)
-        error = rng.normal(0, np.hypot(4.0, 9.0 * np.maximum(arms - 90, 0) / 60))
-        usual = dict.fromkeys(("found", "stated", "tilt", "lean", "speed", "posture"), np.zeros(1000))
-        known = {**usual, "noise": np.full(1000, 4.0), "low": np.full(1000, 0.5), "arms": arms}
-        takes.append(stated(person, error, **known))
-    grown, shares = with_raised_arms(noise, {name: takes})
-    lean, low, arms_sd, speed = grown.postures[name]
-    assert (lean, low, speed) == (1.0, 2.0, 3.0)
-    assert arms_sd == pytest.approx(9.0, rel=0.15)
-    assert shares == {name: pytest.approx(0.915, abs=0.02)}
-    again = with_raised_arms(grown, {name: [take.having(error=take["error"] / 9) for take in takes]})[0]
-    assert again.postures == grown.postures
 
 
 def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_person_there_are_none():

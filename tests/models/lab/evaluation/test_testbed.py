@@ -3,15 +3,13 @@
 import numpy as np
 
 from golden.bodies import facing_camera
-from pcnet3d.models.angle_error.posture import arms_of, features, growth
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.evaluation import runs
-from pcnet3d.models.lab.evaluation.testbed import arms_raised, laid_down, see
+from pcnet3d.models.lab.evaluation.testbed import laid_down, see
 from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lab.testbed import write_takes
 from pcnet3d.models.lifter.features import body_rays
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.signals.angles import ANGLES, angles
 from refusals import refused
 
 
@@ -51,30 +49,6 @@ def test_a_laid_body_lies_and_moves_as_before():
         assert (np.abs(trunk_lean_deg(laid.joints) - 90) < 40).all()
         assert abs(np.quantile(laid.joints[..., 2], 0.05)) < 1e-5
     assert laid_down(upright, 0, 0.0) is None
-
-
-def test_raised_arms_point_as_far_up_as_they_hung_and_keep_their_elbows():
-    hanging, sides = clip(), set()
-    before = angles(hanging.joints.astype(np.float64))
-    for seed in range(8):
-        after = angles(arms_raised(hanging, seed).joints.astype(np.float64))
-        raised = [side for side in "rl" if after[f"{side}_shoulder_elevation"].min() > 90]
-        for side in raised:
-            name = f"{side}_shoulder_elevation"
-            np.testing.assert_allclose(after[name], 180 - before[name], atol=0.1)
-        for name in ("r_elbow_flexion", "l_elbow_flexion", "r_knee_flexion"):
-            np.testing.assert_allclose(after[name], before[name], atol=1.0)
-        sides.add("".join(raised))
-    assert sides == {"r", "l", "rl"}
-
-
-def test_a_raised_arm_widens_its_own_angles_and_not_the_other_arms():
-    takes = (arms_raised(clip(), seed) for seed in range(8))
-    every = (features(take.joints, np.arange(50) / 30) for take in takes)
-    of = next(of for of in every if of["l_arm"].max() < 90)
-    by_angle = {name: growth(of, arms_of(name))[:, 2].min() for name in ANGLES}
-    assert by_angle["r_elbow_flexion"] == by_angle["pelvis_obliquity"] > 0.5
-    assert by_angle["l_elbow_flexion"] == by_angle["l_shoulder_flexion"] == 0
 
 
 def test_the_command_writes_plain_arrays_and_none_by_a_lifter_that_saw_the_subjects(tmp_path, monkeypatch):

@@ -48,7 +48,7 @@ def test_the_first_steps_lose_as_much_as_ever(name, tmp_path, monkeypatch):
     if name == "lifter":
         content["material"]["lying"] = 0.0
     else:
-        content |= {"lifted": [], "lifted_val": [], "start": None}
+        content |= {"lifted": [], "lifted_val": []}
         content["mixture"] |= {"lifted": 0.0, "lying": 0.0}
     module.train(module.TrainConfig.model_validate(content), tmp_path / "out")
     log = (tmp_path / "out" / "log.jsonl").read_text().splitlines()

@@ -23,8 +23,6 @@ from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import rectifier as module
 from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
-from pcnet3d.models.rectifier.load import PCNetRectifier
-from pcnet3d.models.shipped import PCNET
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, transpose
 from pcnet3d.pipeline.running.recipe import load_toml
@@ -249,17 +247,6 @@ def test_the_score_is_of_lifted_frames_a_tenth_of_people_who_lie_and_the_error_c
     after = module.check(deployed, checks)
     assert after["paper_expected"] == pytest.approx(after["paper"], rel=1e-3)
     assert after["paper"] == before["paper"]
-
-
-def test_it_starts_with_the_shipped_networks_own_answers():
-    config = shipped("pcnet")
-    net = PCNet(config.net).eval()
-    module.start_with(net, PCNET.open())
-    joints = np.random.default_rng(0).normal(0, 0.4, (20, 17, 3)).astype(np.float32)
-    joints -= joints[:, :1]
-    with torch.no_grad():
-        R, _ = module.Deployed(net, config.symmetric)(torch.from_numpy(joints), torch.ones(20, 17))
-    np.testing.assert_allclose(R.numpy(), PCNetRectifier(PCNET.open()).rotation(joints)[0], atol=1e-3)
 
 
 @pytest.mark.parametrize("part", ["train", "val"])
