@@ -65,7 +65,8 @@ class Export:
         if self.names != "joints" and not any(map(_has_bones, self._writers().values())):
             raise InputError(
                 "option-conflict",
-                f"Expected a file with bones for export.names={self.names}, and none is asked for; add --also bvh.",
+                f"Expected a file with bones for export.names={self.names}, and none is asked for; add --also glb or "
+                "--also bvh.",
             )
 
     def check_told(self, told: Told) -> None:

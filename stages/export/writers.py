@@ -13,7 +13,7 @@ from ...pipeline.core.notices import Notice
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ..drawing.provenance import provenance
-from .animation import write_bvh
+from .animation import write_bvh, write_glb
 from .annotated import write_annotated
 from .markers import write_c3d, write_mot, write_trc
 from .tables import write_csv
@@ -58,6 +58,7 @@ NETCDF = _Format(
     "poses.nc", "poses for the package movement, with pcnet3d[xarray]", write_netcdf, "xarray", "xarray"
 )
 BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh, bones=True)
+GLB = _Format("skeleton.glb", "animated skeleton for viewers and game engines", write_glb, bones=True)
 MP4 = _Format(
     "annotated.mp4",
     "the video with keypoints, horizon and upright skeleton",

@@ -47,7 +47,7 @@ import pyarrow.parquet as parquet
 KEPT = {
     "poses.npz", "keypoints.npz", "testbed.npz", "kinematics.parquet", "study.parquet", "summary.json", "compare.json",
     "imu.json", "batch.json", "measures.csv", "strides.csv", "changes.csv", "repeatability.csv",
-    "kinematics.csv", "markers.trc", "angles.mot", "skeleton.bvh", "markers.c3d",
+    "kinematics.csv", "markers.trc", "angles.mot", "skeleton.bvh", "markers.c3d", "skeleton.glb",
     "poses.nc",
 }  # fmt: skip
 # Last words of keys that differ from one time to the next with the same version, and why.
@@ -132,7 +132,7 @@ _WORDS = {
     "ALPHAPOSE": "--keypoints MOTIONBERT/boxing_alphapose-results.json --fps 30",
     "SKATER": "--keypoints MHFORMER/input_2D/keypoints.npz --fps 25",
     "EVERYONE": "--everyone",
-    "ALSO": "--also csv --also trc --also mot --also c3d --also netcdf --also bvh",
+    "ALSO": "--also csv --also trc --also mot --also c3d --also netcdf --also bvh --also glb",
     "WRIST": "--imu INPUTS/r_forearm.csv --segment r_forearm",
     "PELVIS": "--imu INPUTS/pelvis.csv --segment pelvis",
     "MOTIONBERT": "DATA/native/motionbert",

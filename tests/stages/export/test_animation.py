@@ -1,8 +1,9 @@
-"""skeleton.bvh, opened by readers that are not ours, against the take's joints."""
+"""skeleton.bvh and skeleton.glb, opened by readers that are not ours, against the take's joints."""
 
 import json
 import os
 import shutil
+import struct
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -10,30 +11,143 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pcnet3d.adapters import bvh
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, Pipeline, Take
+from pcnet3d.pipeline.core.rotations import rotate, unit
 from pcnet3d.pipeline.files.skeletons import place
 from pcnet3d.pipeline.signals.checks import without_made_nose
-from pcnet3d.stages.export.animation import ANIMATION, armature, write_bvh
+from pcnet3d.stages.export.animation import ANIMATION, armature, write_bvh, write_glb
 from pcnet3d.stages.export.markers import evenly
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
+_NUMBERS = {5121: np.uint8, 5123: np.uint16, 5126: np.float32}
+_WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_VALIDATE = """
+const validator = require('gltf-validator');
+const file = new Uint8Array(require('fs').readFileSync(process.argv[1]));
+validator.validateBytes(file).then(report => console.log(JSON.stringify(report)));
+"""
 _OPEN_IN_BLENDER = """
 import sys, json, bpy
 bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.preferences.addon_enable(module="io_anim_bvh")
-bpy.ops.import_anim.bvh(filepath=sys.argv[1], update_scene_fps=True)
+begins = int(sys.argv[1].endswith(".bvh"))  # the number of the first frame
+if begins:
+    bpy.ops.preferences.addon_enable(module="io_anim_bvh")
+    bpy.ops.import_anim.bvh(filepath=sys.argv[1], update_scene_fps=True)
+else:
+    bpy.ops.import_scene.gltf(filepath=sys.argv[1])
 (armature,) = (each for each in bpy.data.objects if each.type == "ARMATURE")
-scene = bpy.context.scene
-scene.frame_set(1 + int(float(sys.argv[2]) * scene.render.fps))  # frames count from 1
+bodies = [each for each in bpy.data.objects if each.type == "MESH" and each.parent == armature]
+scene, bones = bpy.context.scene, armature.data.bones
+scene.frame_set(begins + int(float(sys.argv[2]) * scene.render.fps))
 print("found", json.dumps({
-    each.name: list(armature.matrix_world @ each.head) for each in armature.pose.bones
+    "modifiers": [each.type for body in bodies for each in body.modifiers],
+    "groups": [each.name for body in bodies for each in body.vertex_groups],
+    "rest": {each.name: [list(each.head_local), list(each.tail_local)] for each in bones},
+    "posed": {each.name: list(armature.matrix_world @ each.head) for each in armature.pose.bones},
 }))
 """
+
+
+@pytest.fixture
+def glb(tmp_path):
+    """glb(take): the JSON of its file, its arrays, and the path."""
+
+    def make(take):
+        path = tmp_path / "skeleton.glb"
+        write_glb(take, path)
+        return (*read_glb(path.read_bytes()), path)
+
+    return make
+
+
+def read_glb(content: bytes) -> tuple[dict, list[np.ndarray]]:
+    """By glTF 2.0, sections 3.6 and 4.4: chunks, alignment, sizes, the least and greatest value of each accessor."""
+    magic, version, length = struct.unpack_from("<4sII", content)
+    assert (magic, version, length) == (b"glTF", 2, len(content))
+    text_size, kind = struct.unpack_from("<I4s", content, 12)
+    assert kind == b"JSON"
+    assert text_size % 4 == 0
+    found = json.loads(content[20 : 20 + text_size])
+    data_size, kind = struct.unpack_from("<I4s", content, 20 + text_size)
+    assert kind == b"BIN\0"
+    data = content[28 + text_size :]
+    assert len(data) == data_size == found["buffers"][0]["byteLength"]
+    assert data_size % 4 == 0
+    arrays = []
+
+    def stored(view: int, kind: int) -> np.ndarray:
+        told = found["bufferViews"][view]
+        assert told["byteOffset"] % 4 == 0
+        return np.frombuffer(
+            data[told["byteOffset"] : told["byteOffset"] + told["byteLength"]], _NUMBERS[kind]
+        )
+
+    for accessor in found["accessors"]:
+        shape = accessor["count"], _WIDTHS[accessor["type"]]
+        values = stored(accessor["bufferView"], accessor["componentType"]).reshape(shape)
+        np.testing.assert_array_equal(values.min(axis=0), np.array(accessor["min"], values.dtype))
+        np.testing.assert_array_equal(values.max(axis=0), np.array(accessor["max"], values.dtype))
+        arrays.append(values)
+    return found, arrays
+
+
+def moved_by(found: dict, arrays: list[np.ndarray], node: int, path: str) -> np.ndarray | None:
+    """(N, D) of a node at the times of the key frames; None for what the animation leaves as it is."""
+    (animation,) = found["animations"]
+    for channel in animation["channels"]:
+        if channel["target"] == {"node": node, "path": path}:
+            return arrays[animation["samplers"][channel["sampler"]]["output"]]
+    return None
+
+
+def placed(found: dict, arrays: list[np.ndarray], at_rest: bool = False) -> dict[str, np.ndarray]:
+    """(N, 4, 4) from a node's axes to the scene's by its name, at the times of the key frames, or once at rest."""
+    count = 1 if at_rest else len(moved_by(found, arrays, 0, "rotation"))
+    places = {}
+
+    def walk(node: int, above: np.ndarray) -> None:
+        told = found["nodes"][node]
+        assert set(told) <= {"name", "translation", "rotation", "children", "mesh", "skin"}
+        own = np.tile(np.eye(4), (count, 1, 1))
+        moves = {
+            path: None if at_rest else moved_by(found, arrays, node, path)
+            for path in ("translation", "rotation")
+        }
+        shift, turn = moves["translation"], moves["rotation"]
+        own[:, :3, 3] = told.get("translation", (0, 0, 0)) if shift is None else shift
+        turn = told.get("rotation", (0, 0, 0, 1)) if turn is None else turn
+        own[:, :3, :3] = Rotation.from_quat(turn).as_matrix()
+        places[told["name"]] = above @ own
+        for child in told.get("children", ()):
+            walk(child, places[told["name"]])
+
+    for node in found["scenes"][0]["nodes"]:
+        walk(node, np.tile(np.eye(4), (count, 1, 1)))
+    return places
+
+
+def skinned(found: dict, arrays: list[np.ndarray]) -> dict[str, np.ndarray]:
+    """(N, V, 3) of the vertices that a joint turns, by its name; glTF 2.0, section 3.7.3.3, without morph targets."""
+    (skin,), places = found["skins"], placed(found, arrays)
+    inverse_binds = arrays[skin["inverseBindMatrices"]].reshape(-1, 4, 4).swapaxes(1, 2)
+    names = [found["nodes"][joint]["name"] for joint in skin["joints"]]
+    turned = {name: [] for name in names}
+    for part in found["meshes"][0]["primitives"]:
+        points, joints, weights = (
+            arrays[part["attributes"][kind]] for kind in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+        )
+        np.testing.assert_array_equal(weights, np.eye(1, 4).repeat(len(points), axis=0))
+        for joint in np.unique(joints[:, 0]):
+            rows = points[joints[:, 0] == joint]
+            rows = np.concatenate([rows, np.ones((len(rows), 1))], axis=1)
+            turned[names[joint]].append(rotate(places[names[joint]] @ inverse_binds[joint], rows)[..., :3])
+    return {name: np.concatenate(parts, axis=1) for name, parts in turned.items() if parts}
 
 
 def test_bvh_in_a_reader_of_another_package(walked, tmp_path):
@@ -85,6 +199,106 @@ def test_bvh_of_a_child_is_read_again_in_metres(tmp_path):
     np.testing.assert_allclose(thigh, true, atol=2e-3)
 
 
+def test_glb_shows_the_take(walked, glb):
+    take = walked(feet=True)
+    found, arrays, _ = glb(take)
+    armed = armature(take)
+    wanted, _ = place(armed.skeleton, armed.root, armed.R_parent_from_joint)
+    places = {name: at[:, :3, 3] for name, at in placed(found, arrays).items()}
+    for i, name in enumerate(armed.skeleton.names):
+        np.testing.assert_allclose(places[name], wanted[:, i], atol=1e-4, err_msg=name)
+    ahead = places["r_big_toe"][-1] - places["r_heel"][-1]
+    left = places["l_hip"][-1] - places["r_hip"][-1]
+    assert np.cross(ahead, left)[1] > 0  # y is up: the left is left of where the feet point
+    assert places["head"][-1, 1] > 1.6
+    assert min(places[name][:, 1].min() for name in ("r_heel", "l_heel", "l_big_toe", "r_big_toe")) > -0.05
+
+
+def test_the_skin_goes_with_the_joints(walked, glb):
+    """Each bone's surface reaches from the joint that turns it to the next one, in every frame."""
+    take = walked(feet=True)
+    found, arrays, _ = glb(take)
+    places = {name: at[:, :3, 3] for name, at in placed(found, arrays).items()}
+    surfaces = skinned(found, arrays)
+    for start, end in (("r_hip", "r_knee"), ("l_elbow", "l_wrist"), ("spine", "thorax"), ("pelvis", "l_hip")):
+        bone = np.linalg.norm(places[end] - places[start], axis=1)
+        for joint in (start, end):
+            off = np.linalg.norm(surfaces[start] - places[joint][:, None], axis=2)
+            np.testing.assert_allclose(off.min(axis=1), 0, atol=1e-4)
+            if start != "pelvis":  # which turns two bones
+                assert (off.max(axis=1) < 1.05 * bone).all()
+
+
+def test_at_rest_the_armature_stands_in_the_t_pose_with_y_along_its_bones(walked, glb):
+    found, arrays, _ = glb(walked(feet=True))
+    places = placed(found, arrays, at_rest=True)
+    (skin,) = found["skins"]
+    names = [found["nodes"][joint]["name"] for joint in skin["joints"]]
+    binds = arrays[skin["inverseBindMatrices"]].reshape(-1, 4, 4).swapaxes(1, 2)
+    for name, bind in zip(names, binds, strict=True):
+        np.testing.assert_allclose(places[name][0] @ bind, np.eye(4), atol=1e-6, err_msg=name)
+    at = {name: matrix[0, :3, 3] for name, matrix in places.items()}
+    y = {name: matrix[0, :3, 1] for name, matrix in places.items()}
+    for start, end in (
+        ("r_hip", "r_knee"), ("l_knee", "l_ankle"), ("l_clavicle", "l_shoulder"), ("r_shoulder", "r_elbow"),
+        ("lower_back", "spine"), ("neck", "nose"),
+    ):  # fmt: skip
+        np.testing.assert_allclose(y[start], unit(at[end] - at[start]), atol=1e-6)
+    np.testing.assert_allclose([y["pelvis"], y["thorax"]], [[0, 1, 0]] * 2, atol=1e-6)
+    assert at["l_wrist"][0] > 0.6
+    assert at["l_wrist"][1] == pytest.approx(at["l_shoulder"][1], abs=1e-6)
+    assert min(point[1] for point in at.values()) == pytest.approx(0, abs=1e-6)  # the soles
+    np.testing.assert_allclose(at["pelvis"][[0, 2]], 0, atol=1e-9)
+
+
+def test_knees_and_elbows_bend_about_their_bones_x_axis(walked, glb):
+    found, arrays, _ = glb(walked())
+    names = [node["name"] for node in found["nodes"]]
+    for joint in ("r_knee", "l_knee", "r_elbow", "l_elbow"):
+        turns = Rotation.from_quat(moved_by(found, arrays, names.index(joint), "rotation")).as_rotvec()
+        bent = np.linalg.norm(turns, axis=1) > np.radians(10)
+        assert bent.any()
+        assert (unit(turns[bent])[:, 0] > 0.99).all()  # and all four the same way
+
+
+def test_glb_keeps_to_the_format(walked, glb):
+    found, arrays, _ = glb(walked())
+    assert found["asset"]["version"] == "2.0"
+    said = found["asset"]["extras"]["provenance"]
+    assert (said["take"], said["length_unit"]) == ("walker", "m")
+    assert "x left, y up, z front" in said["axes"]
+    animation = found["animations"][0]
+    for sampler in animation["samplers"]:
+        times, values = arrays[sampler["input"]][:, 0], arrays[sampler["output"]]
+        assert times[0] == 0
+        assert (np.diff(times) > 0).all()
+        assert len(times) == len(values)
+    targets = [(channel["target"]["node"], channel["target"]["path"]) for channel in animation["channels"]]
+    assert len(set(targets)) == len(targets)
+    for number, (_, path) in enumerate(targets):
+        if path == "rotation":
+            turns = arrays[animation["samplers"][number]["output"]]
+            np.testing.assert_allclose(np.linalg.norm(turns, axis=1), 1, atol=1e-5)
+            assert ((turns[1:] * turns[:-1]).sum(axis=1) > 0).all()
+    children = [child for node in found["nodes"] for child in node.get("children", ())]
+    assert sorted([*children, *found["scenes"][0]["nodes"]]) == list(range(len(found["nodes"])))
+    assert found["skins"][0]["joints"] == list(range(len(found["nodes"]) - 2))
+    (surface,) = found["meshes"][0]["primitives"]
+    assert arrays[surface["indices"]].max() == len(arrays[surface["attributes"]["POSITION"]]) - 1
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_khronos_validator_finds_nothing(walked, gappy, glb, gaps):
+    node = shutil.which("node")
+    if not node or subprocess.run([node, "-e", "require('gltf-validator')"], capture_output=True).returncode:
+        pytest.skip("the npm package gltf-validator is not where node finds it (NODE_PATH)")
+    path = glb(gappy if gaps else walked(feet=True))[2]
+    done = subprocess.run([node, "-e", _VALIDATE, str(path)], capture_output=True, text=True, check=True)
+    report = json.loads(done.stdout)
+    assert report["issues"]["messages"] == []
+    assert report["info"]["hasSkins"]
+
+
 def opened(command: list[str], take: Take, path: Path) -> dict:
     """What a program says of a file 2 s from its beginning."""
     done = subprocess.run([*command, str(path), "2.0"], capture_output=True, text=True, check=True)
@@ -112,22 +326,30 @@ def program(request) -> list[str]:
     return [node, str(Path(__file__).with_name("open_in_three.mjs"))]
 
 
+@pytest.mark.parametrize("write", [write_glb, write_bvh])
 @pytest.mark.parametrize("names", ["joints", "mixamo"])
-def test_another_program_finds_an_armature_that_moves(walked, tmp_path, program, names):
-    take, path = walked(feet=True), tmp_path / "skeleton.bvh"
-    write_bvh(take, path, names)
-    found, bones = opened(program, take, path), armature(take, names).skeleton.names
-    assert set(found) == set(bones)
+def test_another_program_finds_an_armature_that_moves(walked, tmp_path, program, write, names):
+    take, path = walked(feet=True), tmp_path / f"skeleton.{write.__name__[-3:]}"
+    write(take, path, names)
+    found, bones = opened(program, take, path), armature(take, names).bones
+    assert set(found["posed"]) == set(bones)
     blender = program[0] == sys.executable  # whose z is up
     for name, (x, y, z) in zip(bones, posed(take), strict=True):
         place_m = (x, -z, y) if blender else (x, y, z)
-        np.testing.assert_allclose(found[name], place_m, atol=2e-3, err_msg=name)
+        np.testing.assert_allclose(found["posed"][name], place_m, atol=2e-3, err_msg=name)
+    if blender and write == write_glb:
+        assert found["modifiers"] == ["ARMATURE"]
+        assert set(found["groups"]) == set(bones)
+        for start, end in (("r_hip", "r_knee"), ("l_shoulder", "l_elbow")):
+            of = [bones[armature(take).bones.index(joint)] for joint in (start, end)]
+            np.testing.assert_allclose(found["rest"][of[0]][1], found["rest"][of[1]][0], atol=1e-3)
 
 
 def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
     kinematics = {"r_wrist_x": np.zeros(len(gappy.poses))}
-    take = Export(tmp_path, also=("bvh",))(gappy.with_(kinematics=kinematics))
+    take = Export(tmp_path, also=("bvh", "glb"))(gappy.with_(kinematics=kinematics))
     notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
     notes = [said["text"] for said in notices if said["weight"] == "note"]
-    assert any("skeleton.bvh: in 15 of 116 frames nothing is known about l_elbow" in note for note in notes)
+    for file in ("skeleton.bvh", "skeleton.glb"):
+        assert any(f"{file}: in 15 of 116 frames nothing is known about l_elbow" in note for note in notes)
     assert [event.text for event in take.notices if event.weight == "note"] == notes

@@ -218,7 +218,7 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
         xarray.testing.assert_equal(data.drop_attrs(), in_memory.drop_attrs())
 
 
-@pytest.mark.parametrize("writer", ["csv", "c3d", "netcdf", "bvh"])
+@pytest.mark.parametrize("writer", ["csv", "c3d", "netcdf", "bvh", "glb"])
 def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
     """Linux and others know names that are bytes of any kind: an old archive's M\xfcller."""
     if writer == "c3d":

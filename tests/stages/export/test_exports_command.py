@@ -22,8 +22,8 @@ from pcnet3d.stages.scale import Scale
         (["--set", "trajectories.cutoff_hz=50"], ["15 Hz", "got 50 Hz", "Nyquist"]),
         (["--also", "mp4", "--no-frames"], ["annotated.mp4", "leave one of the two out"]),
         (["--also", "trc"], ["metres", "--stature"]),
-        (["--also", "csv", "--set", "export.names=mixamo"], ["bones", "--also bvh"]),
-        (["--also", "bvh", "--set", "export.names=maya"], ["mixamo", "maya"]),
+        (["--also", "csv", "--set", "export.names=mixamo"], ["bones", "--also glb"]),
+        (["--also", "glb", "--set", "export.names=maya"], ["mixamo", "maya"]),
     ],
 )
 def test_what_cannot_be_had_is_refused_in_a_sentence(tmp_path, facing_camera, arguments, words):
