@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from .pipeline.core.take import Take
     from .pipeline.files.finished import read_run
     from .pipeline.reading.load import read
-    from .pipeline.running.process import process
+    from .pipeline.running.run import process
     from .stages.rectify import rectify
 
     __version__: str

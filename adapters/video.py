@@ -68,7 +68,7 @@ def read(path: Path) -> tuple[Video]:
     their own.
     """
     if not sniff(path):
-        from ..pipeline.reading.find import in_words
+        from ..pipeline.reading.load import in_words
 
         raise InputError(
             "format-unknown",

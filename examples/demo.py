@@ -14,10 +14,10 @@ from ..pipeline.core.pose import Rectified, package_version
 from ..pipeline.core.rotations import angle_deg
 from ..pipeline.files.atomic import SUMMARY, check_replaceable, whole_folder
 from ..pipeline.reading.settings import Force, OnDevice, RunOptions
-from ..pipeline.running.conclusion import conclude
-from ..pipeline.running.plan import planned
 from ..pipeline.running.progress import stages
+from ..pipeline.running.recipe import planned
 from ..pipeline.running.run import run_files
+from ..pipeline.running.sentences import conclude
 from .walker.camera import R_camera_from_body, side_camera
 from .walker.files import ExampleFiles, write_files
 from .walker.walk import walker

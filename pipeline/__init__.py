@@ -42,8 +42,7 @@ if TYPE_CHECKING:
     from .reading.settings import RunOptions
     from .reading.take import open_take
     from .reading.testing import check_adapter
-    from .running.plan import planned
-    from .running.recipe import load_recipe
+    from .running.recipe import load_recipe, planned
     from .running.run import run_files
     from .running.runner import Pipeline
     from .signals.angles import ANGLES, REASONS, angles

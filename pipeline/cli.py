@@ -176,9 +176,9 @@ def inspect(
     """
     from .core.notices import EXIT_CODES
     from .inspect.inspect import inspect as inspected
-    from .inspect.video import inspect_image, inspect_video, is_image
+    from .inspect.inspect import inspect_image, inspect_video, is_image
     from .plugins.options import pairs
-    from .reading.find import adapters
+    from .reading.load import adapters
 
     is_video = adapter == "auto" and adapters()["video"].sniff(file)
     if is_video or (adapter == "auto" and is_image(file)):

@@ -20,10 +20,10 @@ from ..pipeline.core.take import Take
 from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
-from ..pipeline.reading.again import first_names, joined
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
 from ..pipeline.reading.exchanged import treated
+from ..pipeline.reading.tracks import first_names, joined
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.reading.findings import findings_of
-from ..pipeline.reading.guard import guarded
+from ..pipeline.reading.findings import findings_of, guarded
 from ..pipeline.signals.checks import strays_of
 
 _SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handedness

@@ -34,8 +34,8 @@ from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate, transpose
 from ..pipeline.core.take import CameraMotion, Check, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
+from ..pipeline.reading.findings import doubts
 from ..pipeline.reading.given import Meaning, poses_given
-from ..pipeline.reading.guard import doubts
 from ..pipeline.signals.checks import nobody_upright
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.files.detections import MOVES, Detections
-from ...pipeline.reading.tracker import LARGER, extent, steps
+from ...pipeline.reading.tracks import LARGER, extent, steps
 from ...pipeline.signals.visibility import LEAST_SCORE
 
 # Joints and image change this many times as much as in each of the images beside, and joints move by that much of the

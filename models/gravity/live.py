@@ -19,7 +19,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Check
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.reading.guard import doubts, guarded
+from ...pipeline.reading.findings import doubts, guarded
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp, fuse
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing

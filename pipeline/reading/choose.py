@@ -13,7 +13,7 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate
 from ..files.detections import FEWEST_FRAMES
-from .tracker import steps
+from .tracks import steps
 
 
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:

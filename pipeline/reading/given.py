@@ -18,7 +18,7 @@ from ..core.pose import UNSAID, MadeBy, PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import SILENT, Told
 from .bounds import timed
-from .guard import guarded
+from .findings import guarded
 from .joint_order import check_order, likely_layout
 from .load import Source
 

@@ -21,8 +21,7 @@ from ..core.pose import PoseSequence
 from ..plugins import registry
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
-from .find import Gives, find_adapter
-from .load import Source
+from .load import Gives, Source, find_adapter
 
 _GARBAGE = {
     "an empty file": b"",

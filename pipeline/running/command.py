@@ -7,10 +7,10 @@ import typer
 from ..core.messages import is_verbose, say
 from ..files.atomic import check_replaceable
 from ..reading.settings import Force, Output, Resume, RunOptions, offering
-from .conclusion import conclude_people
-from .plan import planned
 from .progress import stages, telling_of_kept
+from .recipe import planned
 from .run import checkpoint_of, inputs_of, run_people
+from .sentences import conclude_people
 
 
 @offering()

@@ -1,8 +1,10 @@
-"""Where a job is, on stderr: a bar on a terminal; elsewhere, of long work, a line now and then."""
+"""How far long work is, and Ctrl-C, which asks it to stop after its present part so that what was done is kept."""
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -103,3 +105,43 @@ def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
             the = "put right what is named below, and the" if isinstance(error, InputError) else "the same"
             say("note", f"finished work is kept; {the} command with --resume continues from there")
         raise
+
+
+_KEEP_S = 60.0
+_KEEP_RARELY = 20  # times as long as the last writing took
+
+
+class Keeper:
+    """To be called often: it calls `keep` once a minute, or more rarely, so that writing, which takes seconds after
+    hours of work, is a small part of the time."""
+
+    def __init__(self, keep: Callable[[], None]) -> None:
+        self._keep, self._at = keep, time.monotonic() + _KEEP_S
+
+    def __call__(self) -> None:
+        start = time.monotonic()
+        if start >= self._at:
+            self._keep()
+            now = time.monotonic()
+            self._at = now + max(_KEEP_S, _KEEP_RARELY * (now - start))
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """A callback that says whether Ctrl-C was pressed meanwhile; pressed again, it interrupts as usual. Only the main
+    thread gets Ctrl-C; in others nothing changes."""
+    asked = False
+
+    def note(number: int, frame: object) -> None:
+        nonlocal asked
+        asked = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: asked
+    finally:
+        signal.signal(signal.SIGINT, before)

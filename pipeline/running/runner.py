@@ -14,7 +14,7 @@ from ..core.errors import InputError
 from ..core.system import give_memory_back
 from ..core.take import Take
 from ..plugins.protocols import Stage
-from ..reading.guard import looked_at
+from ..reading.findings import looked_at
 from ..signals.filters import rate
 
 

@@ -26,7 +26,7 @@ from pcnet3d.pipeline.core.take import Take
 from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.running.plan import planned
+from pcnet3d.pipeline.running.recipe import planned
 
 BED = ("07_03", "08_04", "accad-m1_run", "accad-m1_lift-box", "tennis-jangel_Derecha_0")
 _WALK_CROP = "lifter/walk_crop.npz"

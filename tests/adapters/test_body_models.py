@@ -15,7 +15,7 @@ from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core import layouts
 from pcnet3d.pipeline.core.layouts import SOMA30, SOMA77
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 FRAMES = 40
 LIMBS = H36M17.indices(layouts.LIMBS)

@@ -9,7 +9,7 @@ import pytest
 from golden.bodies import turning
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.pipeline.reading.find import find_adapter
+from pcnet3d.pipeline.reading.load import find_adapter
 from pcnet3d.pipeline.reading.testing import check_adapter
 
 

@@ -9,7 +9,7 @@ from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.plugins.options import option_types
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 FRAMES = 40
 

@@ -9,7 +9,7 @@ from golden.films import film
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 

@@ -13,7 +13,7 @@ from golden.pickles import Trap
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import MHR70
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 FRAMES = 40
 

@@ -8,7 +8,7 @@ from golden.lifters import openpose3d
 from pcnet3d.adapters import json3d, read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import BODY_25, OPENPOSE18
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])

@@ -11,7 +11,7 @@ from golden.bodies import turning
 from pcnet3d.adapters import read, read_all
 from pcnet3d.adapters.kit.pickles import load
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 from refusals import refused
 
 FRAMES = 40

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 LONG = 24 << 20  # bytes; a sniff may read a sixth of it
 _ROWS = LONG // (17 * 3 * 4)
@@ -103,14 +103,14 @@ def test_an_adapter_of_one_program_comes_before_those_of_any(tmp_path, monkeypat
     """The template's table of x, y, z by joint fitted two adapters."""
     from types import SimpleNamespace
 
-    from pcnet3d.pipeline.reading import find
+    from pcnet3d.pipeline.reading import load
 
     def sniffing(name: str, **more: bool) -> SimpleNamespace:
         return SimpleNamespace(name=name, gives="poses", reads=name, sniff=lambda path: True, **more)
 
     both = {"any": sniffing("any", general=True), "own": sniffing("own")}
-    monkeypatch.setattr(find, "adapters", lambda gives=None: both)
+    monkeypatch.setattr(load, "adapters", lambda gives=None: both)
     (tmp_path / "poses.csv").write_text("x\n")
-    assert find.find_adapter(tmp_path / "poses.csv").name == "own"
+    assert load.find_adapter(tmp_path / "poses.csv").name == "own"
     del both["own"]
-    assert find.find_adapter(tmp_path / "poses.csv").name == "any"
+    assert load.find_adapter(tmp_path / "poses.csv").name == "any"

@@ -50,8 +50,7 @@ class Reader:
 def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random) -> object:
     """What `pcnet3d run` and `inspect` do with a file whose adapter is known, or with "auto" now and then."""
     from pcnet3d.pipeline.plugins.options import call
-    from pcnet3d.pipeline.reading.find import adapters, find_adapter
-    from pcnet3d.pipeline.reading.load import read_all
+    from pcnet3d.pipeline.reading.load import adapters, find_adapter, read_all
 
     adapter = adapters()[name]
     sniffed = adapter.sniff(path)

@@ -17,7 +17,7 @@ from golden.strapped import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, HALPE26, MHR70, OPENPOSE18, Layout
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])

@@ -22,25 +22,24 @@ NEUTRAL = {*range(5), 0.5, 100, 180, 360}
 NEUTRAL |= {1e-12, 1e-9}
 # Numbers of arithmetic, definitions and memory, by module: those in functions, and names of the module.
 OWN = {
-    "again.py": {"_RANGES": "of the values in OpenCV"},
     "altered.py": {1e-6: "of single precision, and more", 1e-30: "the same of zeros"},
     "angles.py": {"REASONS": "codes"},
     "checks.py": {"_UP": "axes"},
     "filters.py": {"ORDER": "of the filter", "_ALL": "rows at once", "_AT_ONCE": "memory"},
-    "find.py": {
-        "_LISTED": "that are named", "_SHOWN": "that are shown", "_READ_JSON": "memory", 8: "of a header",
-        12: "of a header", 16: "of a text",
-    },
     "findings.py": {
         24: "a mean over w is shorter by (rate w)^2 / 24", 0.25: "a root of a fourth power", 5: "seams that are named",
     },
     "joint_order.py": {"_MOST_ROWS": "time"},
+    "load.py": {
+        "_LISTED": "that are named", "_SHOWN": "that are shown", "_READ_JSON": "memory", 8: "of a header",
+        12: "of a header", 16: "of a text",
+    },
     "norms.py": {"FINE": "codes"},
     "reprojection.py": {"_ROUNDS": "until weights hardly change"},
     "swaps.py": {"_LOOKED_AT": "memory", "_MOST_RANGES": "that are named", 5: "rows of a step and of three behind it"},
     "testing.py": {"_GARBAGE": "made-up files"},
     "together.py": {"_FAR_SIZE": "a camera far away"},
-    "tracker.py": {"_NEVER": "a cost beyond all others"},
+    "tracks.py": {"_NEVER": "a cost beyond all others", "_RANGES": "of the values in OpenCV"},
 }  # fmt: skip
 
 

@@ -324,7 +324,7 @@ def _write_golden(inputs: Path) -> dict[str, str]:
     from golden.catalogue import CATALOGUE
     from golden.walking import FPS, SIZE, Walking
     from pcnet3d.adapters import read_all
-    from pcnet3d.pipeline.reading.find import adapters
+    from pcnet3d.pipeline.reading.load import adapters
 
     number, commands = Counter[str](), {}
     for golden in CATALOGUE:

@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.layouts import HALPE26, OPENPOSE18
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.plan import planned
+from pcnet3d.pipeline.running.recipe import planned
 from pcnet3d.pipeline.running.run import run_people
 
 TURN_ROUND = np.diag([-1.0, -1.0, 1.0])

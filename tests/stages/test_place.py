@@ -22,7 +22,7 @@ from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.rotations import rotate
-from pcnet3d.pipeline.reading.guard import repaired
+from pcnet3d.pipeline.reading.findings import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify

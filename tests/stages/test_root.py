@@ -9,7 +9,7 @@ from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.pipeline.reading.guard import repaired
+from pcnet3d.pipeline.reading.findings import repaired
 
 PELVIS = H36M17.index("pelvis")
 

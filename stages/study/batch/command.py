@@ -18,8 +18,8 @@ from ....pipeline.core.system import cores
 from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.settings import Output, RunOptions, offering
-from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
+from ....pipeline.running.sentences import point_to
 from .manifest import Entry, read_entries
 from .study import as_page, concluded, write_table
 from .take import Outcome, end_takes, run_take

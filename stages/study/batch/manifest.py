@@ -14,9 +14,9 @@ from ....pipeline.core.system import is_file_name
 from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.find import adapters, recognises
+from ....pipeline.reading.load import adapters, recognises
 from ....pipeline.reading.settings import RunOptions, flag_of, is_repeatable
-from ....pipeline.running.plan import checked_setting, planned
+from ....pipeline.running.recipe import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
 VIDEOS = (

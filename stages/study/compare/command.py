@@ -17,7 +17,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.markers import Up
 from ....pipeline.reading.settings import Force
-from ....pipeline.running.conclusion import point_to
+from ....pipeline.running.sentences import point_to
 from ....pipeline.signals.filters import CUTOFF_HZ
 from .align import Align
 from .comparison import as_page, compared, conclusion, figures, shift_in_words

@@ -27,7 +27,7 @@ from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.rotations import is_finite, turn_deg, turned
 from ....pipeline.core.take import Take
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.find import find_adapter
+from ....pipeline.reading.load import find_adapter
 from ....pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,

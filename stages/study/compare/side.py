@@ -32,7 +32,7 @@ from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_j
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
-from ....pipeline.reading.find import adapters, recognises
+from ....pipeline.reading.load import adapters, recognises
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
 

@@ -24,8 +24,7 @@ from ....pipeline.files.atomic import add_to_summary, require_space, whole_folde
 from ....pipeline.files.names import KEYPOINTS
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.settings import Force, Output, RunOptions, flag_of, offering
-from ....pipeline.running.interrupt import interruptible
-from ....pipeline.running.progress import counted
+from ....pipeline.running.progress import counted, interruptible
 from ...detect import Detect
 from ...rectify import Rectify
 from .frames import LivePose, Watch

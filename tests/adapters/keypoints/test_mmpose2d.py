@@ -7,7 +7,7 @@ import pytest
 
 from pcnet3d.adapters import json2d, mmpose3d, read
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 from refusals import refused
 
 

@@ -12,7 +12,7 @@ from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.files.video_frames import _Film, images_at
-from pcnet3d.pipeline.inspect.video import inspect_video
+from pcnet3d.pipeline.inspect.inspect import inspect_video
 from pcnet3d.pipeline.reading.load import read_video
 from refusals import refused
 

@@ -164,14 +164,14 @@ def test_killed_and_resumed(walk_film, toy, quick, whole, tmp_path, call):
 import os, signal
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
-from pcnet3d.pipeline.running import interrupt
+from pcnet3d.pipeline.running import progress
 shown = detect_video.images_ahead
 def killing(*asked):
     for number, picture in shown(*asked):
         if number == 25:
             os.kill(os.getpid(), signal.SIGKILL)
         yield number, picture
-detect_video.images_ahead, interrupt._KEEP_S, interrupt._KEEP_RARELY = killing, 0.0, 0
+detect_video.images_ahead, progress._KEEP_S, progress._KEEP_RARELY = killing, 0.0, 0
 main()
 """
     out = tmp_path / "part"

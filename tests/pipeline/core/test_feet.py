@@ -7,8 +7,7 @@ from golden.bodies import BODY_AND_FEET, feet_in, feet_of, turning, with_feet
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, PoseSequence, remap
 from pcnet3d.pipeline.core.conversions import body_in
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, body_of
-from pcnet3d.pipeline.reading.findings import findings_of
-from pcnet3d.pipeline.reading.guard import repaired
+from pcnet3d.pipeline.reading.findings import findings_of, repaired
 from pcnet3d.pipeline.signals.swaps import Swap, mask_swaps
 from pcnet3d.stages.clean import clean, without
 from pcnet3d.stages.rectify import rectify

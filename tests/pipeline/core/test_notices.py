@@ -36,7 +36,7 @@ from pcnet3d.pipeline.core.notices import (
 from pcnet3d.pipeline.core.take import Take
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.options import option_types
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.load import adapters
 from pcnet3d.pipeline.reading.settings import RunOptions, reading_options
 
 ROOT = Path(__file__).parents[3]

@@ -22,8 +22,7 @@ from pcnet3d.pipeline.core import system
 from pcnet3d.pipeline.files.atomic import whole_file, whole_folder
 from pcnet3d.pipeline.plugins.registry import registered
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.plan import planned
-from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
+from pcnet3d.pipeline.running.recipe import Recipe, StageEntry, planned
 from pcnet3d.pipeline.running.run import run_files
 
 ROOT = Path(pcnet3d.__file__).parent

@@ -9,8 +9,8 @@ import pytest
 from golden.detections import detected, scored
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.reading.again import first_names, may_be, rejoined
 from pcnet3d.pipeline.reading.load import read_video
+from pcnet3d.pipeline.reading.tracks import first_names, may_be, rejoined
 
 RED, BLUE = (200, 30, 30), (30, 30, 200)
 AT = np.linspace([100, 60], [130, 120], 17, dtype=np.float32)
@@ -35,7 +35,7 @@ def filmed(monkeypatch):
                 shown[frame] = image
             return shown
 
-        monkeypatch.setattr("pcnet3d.pipeline.reading.again.images_at", images_at)
+        monkeypatch.setattr("pcnet3d.pipeline.reading.tracks.images_at", images_at)
         frames = np.concatenate([np.array(at) for at, _, _ in people])
         points = np.concatenate([np.tile(each, (len(at), 1, 1)) for at, _, each in people])
         names = np.repeat(np.arange(len(people)), [len(at) for at, _, _ in people])

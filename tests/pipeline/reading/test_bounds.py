@@ -10,10 +10,9 @@ from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Told
 from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.bounds import check_size, check_times, image_size_doubts
-from pcnet3d.pipeline.reading.join import Files
 from pcnet3d.pipeline.reading.load import Source
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.reading.take import Files, open_take
 from refusals import refused
 
 

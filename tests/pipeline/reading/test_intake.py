@@ -12,10 +12,9 @@ from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.reading.find import find_adapter
-from pcnet3d.pipeline.reading.join import numbered_by_times
+from pcnet3d.pipeline.reading.load import find_adapter
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.reading.take import numbered_by_times, open_take
 from refusals import refused
 
 ROWS = 30

@@ -11,7 +11,7 @@ from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.reading.find import find_adapter
+from pcnet3d.pipeline.reading.load import find_adapter
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.signals.checks import upside_down

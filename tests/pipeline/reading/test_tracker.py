@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pcnet3d.pipeline.reading.tracker import Sighting, Tracker
+from pcnet3d.pipeline.reading.tracks import Sighting, Tracker
 
 
 def person(frame: int, x: float, y: float = 100, size: float = 50) -> Sighting:

@@ -14,8 +14,7 @@ from pcnet3d.pipeline import Z_UP, Take
 from pcnet3d.pipeline.core.messages import set_verbose
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.running.conclusion import conclude, point_to
-from pcnet3d.pipeline.running.sentences import length_of, trusted
+from pcnet3d.pipeline.running.sentences import conclude, length_of, point_to, trusted
 from pcnet3d.stages import rectify
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.rectify import Rectify

@@ -15,8 +15,7 @@ from pcnet3d.pipeline import InputError, Told, load_recipe
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.settings import TOLD, RunOptions, flag_of
-from pcnet3d.pipeline.running.plan import HEEDED_BY_READING, planned
-from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
+from pcnet3d.pipeline.running.recipe import HEEDED_BY_READING, Recipe, StageEntry, planned
 from refusals import refused
 
 VIDEO, POSES, KEYPOINTS = Path("v.mp4"), Path("p.npy"), Path("k.json")

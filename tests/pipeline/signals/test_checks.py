@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
-from pcnet3d.pipeline.reading.guard import repaired
+from pcnet3d.pipeline.reading.findings import repaired
 from pcnet3d.pipeline.signals.checks import bone_spread, chirality, empty_rows
 
 FRAMES = 40
