@@ -144,13 +144,15 @@ def smooth(level: PoseSequence, cutoff_hz: float | None = None) -> tuple[PoseSeq
     together, no phase shift), inside their unbroken pieces (pipeline/signals/filters.py); its cut-off, None where
     nothing was filtered; and how many values of joints were lost, as the history says too.
 
-    cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz.
+    cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz. One frame
+    is not filtered.
 
     A joint is NaN in pieces too short for the filter. InputError for a given cut-off that the filter does not have at
     that frame rate.
     """
     times, seams = level.times, breaks(level)
-    if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
+    fps = rate(times)
+    if np.isnan(fps) or (cutoff_hz is None and fps <= 2 * CUTOFF_HZ):
         return level.noted("low-pass filter", filter="none", unfiltered=True), None, 0
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
     joints = smoothed(level.joints, times, cutoff, seams)

@@ -28,9 +28,10 @@ def how_many(count: int, one: str, more: str = "") -> str:
 
 
 def first_few(values: Iterable[object], most: int = 5) -> str:
-    """The first of them for a sentence: "3, 5, 7, 9, 11, ..."."""
+    """The first of them for a sentence: "3, 5, 7, 9, 11 and 4 more"."""
     texts = [str(value) for value in values]
-    return ", ".join(texts[:most] + ["..."] * (len(texts) > most))
+    more = f" and {len(texts) - most} more" if len(texts) > most else ""
+    return ", ".join(texts[:most]) + more
 
 
 def rate_in_words(fps: float, before: str) -> str:

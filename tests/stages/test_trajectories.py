@@ -92,12 +92,13 @@ def codes(take) -> list[str]:
     return [event.code for event in take.notices]
 
 
-def test_a_single_frame_has_no_path(facing_camera):
-    take = stage(facing_camera, 1, 30)
+@pytest.mark.parametrize("cutoff_hz", [None, 6.0])
+def test_a_single_frame_has_no_path(facing_camera, cutoff_hz):
+    take = stage(facing_camera, 1, 30, cutoff_hz=cutoff_hz)
     assert np.isnan(take.kinematics["r_wrist_speed"]).all()
     assert codes(take) == []
     level = PoseSequence(facing_camera[None], H36M17, LEVEL, time_s=np.zeros(1))
-    assert smooth(level)[0].history[-1].options["unfiltered"]
+    assert smooth(level, cutoff_hz)[0].history[-1].options["unfiltered"]
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):

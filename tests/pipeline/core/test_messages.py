@@ -21,6 +21,14 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [([], ""), ([3], "3"), (range(5), "0, 1, 2, 3, 4"), (range(8), "0, 1, 2, 3, 4 and 3 more")],
+)
+def test_of_many_the_first_are_told_and_how_many_more_there_are(values, told):
+    assert messages.first_few(values) == told
+
+
 def test_spans_of_time_in_a_sentence():
     spans = [(0.5, 1), (2, 3), (4, 5.125)]
     assert messages.spans_in_words(spans[:1]) == "0.50 to 1.00 s"
