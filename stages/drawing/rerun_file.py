@@ -28,7 +28,7 @@ class RecordingFile:
     """stream: what is logged into. What the SDK writes goes through a pipe, and a thread copies it into the file:
     where the SDK itself finds the disk full, it tries again for ever."""
 
-    def __init__(self, path: Path, name: Path, views: rrb.Container, following: bool) -> None:
+    def __init__(self, path: Path, name: Path, views: rrb.Container) -> None:
         import rerun as rr
         import rerun.blueprint as rrb
         from rerun_bindings import flush_and_cleanup_orphaned_recordings
@@ -39,8 +39,7 @@ class RecordingFile:
         self._failure: OSError | None = None
         self._copying: threading.Thread | None = None
         self.stream: rr.RecordingStream = rr.RecordingStream("pcnet3d")
-        play = "following" if following else None
-        time = rrb.TimePanel(state="collapsed", timeline="video_time", play_state=play)
+        time = rrb.TimePanel(state="collapsed", timeline="video_time")
         blueprint = rrb.Blueprint(views, time, collapse_panels=True)
         path.touch()
         source, sink = os.pipe()
@@ -94,28 +93,23 @@ class RecordingFile:
 
 
 @contextmanager
-def recording_file(
-    path: Path, views: rrb.Container, name: Path | None = None, following: bool = False
-) -> Iterator[RecordingFile]:
+def recording_file(path: Path, views: rrb.Container, name: Path) -> Iterator[RecordingFile]:
     """A new recording into the file `path`, complete when the block ends. views: what it opens with, at the video's
-    time; following: at the newest, of a recording that grows.
+    time. name: how a refusal calls the file, for `path` is temporary.
 
     Threads of one process take turns: who asks while another thread records waits until that recording has ended.
-    name: how a refusal calls the file, where `path` is temporary. InputError where the file cannot be written.
+    InputError where the file cannot be written.
     """
     from rerun.error_utils import catch_and_log_exceptions
 
-    named = name or path
     with _TURN, catch_and_log_exceptions(strict=True):
         try:
-            file = RecordingFile(path, named, views, following)
+            file = RecordingFile(path, name, views)
             try:
                 yield file
                 file.stream.flush()
             finally:
                 file.close()
         except RuntimeError as error:
-            raise InputError(
-                "cannot-write", f"The recording {named} could not be written: {error}."
-            ) from None
+            raise InputError("cannot-write", f"The recording {name} could not be written: {error}.") from None
         file.check_end()

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...pipeline.core.blocks import blocks
-from ...pipeline.core.frames import Frame
-from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -32,7 +30,6 @@ def person_view(
     eye: np.ndarray,
     target: Sequence[float] | np.ndarray = (0, 0, 0),
     contents: str | Sequence[str] = "$origin/**",
-    floor: rrb.LineGrid3D | None = None,
 ) -> rrb.View:
     """A view on dark ground, from where an eye (3,) stands to a target (3,). contents: entities, by default `entity`
     and all below it."""
@@ -45,7 +42,7 @@ def person_view(
         name=name,
         eye_controls=controls,
         background=DARK,
-        line_grid=floor or rrb.LineGrid3D(False),
+        line_grid=rrb.LineGrid3D(False),
     )
 
 
@@ -84,16 +81,9 @@ def log_video(
 
 def log_skeleton(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:
     """`entity`/joints and `entity`/bones. radius: of a joint, in scene units or negative in screen points."""
-    log_looks(recording, entity, poses.layout, poses.frame, radius)
-    log_rows(recording, entity, poses)
-
-
-def log_looks(
-    recording: rr.RecordingStream, entity: str, layout: Layout, frame: Frame, radius: float
-) -> None:
-    """What stays the same of a skeleton: its axes, colours, names and radii."""
     import rerun as rr
 
+    layout, frame = poses.layout, poses.frame
     points, lines = rr.Points2D, rr.LineStrips2D
     if frame.dims == 3:
         points, lines = rr.Points3D, rr.LineStrips3D
@@ -104,18 +94,10 @@ def log_looks(
     recording.log(f"{entity}/joints", look, static=True)
     bones = lines.from_fields(colors=[side_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
     recording.log(f"{entity}/bones", bones, static=True)
-
-
-def log_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
-    """Where a skeleton's joints and bones are at each of its times."""
-    import rerun as rr
-
-    flat = poses.frame.dims == 2
-    points, lines = (rr.Points2D, rr.LineStrips2D) if flat else (rr.Points3D, rr.LineStrips3D)
-    ends = np.array([poses.layout.indices(bone) for bone in poses.layout.bones])
+    ends = np.array([layout.indices(bone) for bone in layout.bones])
     for clock, joints in _pieces(recording, poses):
-        columns = points.columns(positions=joints.reshape(-1, poses.frame.dims))
-        places = columns.partition(np.full(len(joints), len(poses.layout)))
+        columns = points.columns(positions=joints.reshape(-1, frame.dims))
+        places = columns.partition(np.full(len(joints), len(layout)))
         recording.send_columns(f"{entity}/joints", clock, places)
         columns = lines.columns(strips=_segments(joints[:, ends]))
         recording.send_columns(f"{entity}/bones", clock, columns.partition(np.full(len(joints), len(ends))))

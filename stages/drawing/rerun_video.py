@@ -198,16 +198,12 @@ def _unreadable(video: Video, error: Exception) -> InputError:
     return InputError("file-damaged", f"The video {video.path} cannot be converted for the viewer: {error}.")
 
 
-def h264_stream(
-    target: OutputContainer, width: int, height: int, fps: float, at_once: bool = False
-) -> VideoStream:
+def h264_stream(target: OutputContainer, width: int, height: int, fps: float) -> VideoStream:
     """A new H.264 stream of a file that is written, for images of even width and height, whose stamps count TICK.
-    fps: what it says of itself, 30 where it is not known. at_once: whether every image comes out the moment it goes
-    in, at the cost of a larger file."""
+    fps: what it says of itself, 30 where it is not known."""
     # No B-frames: they are decoded out of order. Short groups: the viewer seeks quickly. force-cfr: the stream
     # itself names the frame rate, not the tick; at "90k" frames a second the viewer's decoder never starts.
     options = {"crf": "20", "preset": "veryfast", "bf": "0", "g": "30", "x264-params": "force-cfr=1"}
-    options |= {"tune": "zerolatency"} if at_once else {}
     rate = Fraction(fps if np.isfinite(fps) else 30).limit_denominator(1001)
     stream = target.add_stream("libx264", rate=rate, options=options)
     stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"

@@ -29,8 +29,7 @@ from .tables import write_measures, write_parquet, write_strides
 
 # What runs write by themselves (design.md section 7), `live` included.
 RUN_FILES = (
-    POSES, KINEMATICS, "measures.csv", "strides.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd",
-    "video.ts",
+    POSES, KINEMATICS, "measures.csv", "strides.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "video.ts",
 )  # fmt: skip
 
 _OF_CAMERA = ("focal_px", "focal_sd_px", "focal_source", "image_size")

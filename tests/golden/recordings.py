@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import av
 import numpy as np
 
 GEOMETRIC = ["rectify.rectifier=geometric"]
@@ -69,7 +70,9 @@ def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
 
 
 def kept(folder, images: int = 60) -> bool:
-    """Whether all of the recording, and nothing else, is in the folder."""
-    assert len(logged(folder / "live.rrd", "video", "VideoStream:sample")[0]) == images
+    """Whether what live records of a camera, with so many images, and nothing else, is in the folder."""
     names = {path.name for path in folder.iterdir()}
-    return names - {"keypoints.npz"} == {"live.rrd", "summary.json", *["video.ts"] * bool(images)}
+    if images:
+        with av.open(str(folder / "video.ts")) as video:
+            assert sum(1 for _ in video.decode(video=0)) == images
+    return names - {"keypoints.npz"} == {"summary.json", *["video.ts"] * bool(images)}

@@ -1,12 +1,14 @@
-"""`pcnet3d live`: a camera, estimated, lifted, rectified and recorded while it runs."""
+"""`pcnet3d live`: a camera, estimated, lifted and rectified while it runs, and recorded for `pcnet3d run`."""
 
 from __future__ import annotations
 
 import json
 import os
 import sys
-from collections.abc import Callable
-from contextlib import nullcontext, redirect_stdout
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,16 +28,16 @@ from ....pipeline.plugins.options import call
 from ....pipeline.reading.settings import Force, Output, RunOptions, flag_of, offering
 from ....pipeline.running.progress import counted, interruptible
 from ...detect import Detect
+from ...drawing.rerun_video import TICK, h264_stream
 from ...rectify import Rectify
 from .frames import LivePose, Watch
-from .recording import live_recording
-from .source import Source, open_source
+from .source import Shot, Source, open_source
 
-LIVE = "live.rrd"
 _VIDEO = "video.ts"
 # What is left on the disk when live ends there: the encoder's last images, the ends of the files and the summary; and
 # of each frame its keypoints.
 _RESERVE_BYTES, _FRAME_BYTES = 16 << 20, 400
+_BEHIND = 2  # images that wait for the encoder: enough for an uneven one; more would be memory and no gain
 _OPTIONS = ("detector", "device", "focal", "no_frames", "settings")
 # What --set may name: what is done while the camera runs.
 _SETTINGS = (
@@ -70,7 +72,6 @@ def live(
             watch = _watch(options)
             summary, full = _recorded(shown, watch, folder, not options.no_frames, send)
             add_to_summary(folder, device=where.summary(), live=summary)
-        print(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
         if not watch.person.shown:
             raise InputError(
                 "nothing-usable",
@@ -137,22 +138,23 @@ def _full(folder: Path, frames: int) -> InputError | None:
 def _recorded(
     shown: Source, watch: Watch, folder: Path, frames: bool, send: Send | None
 ) -> tuple[dict[str, Any], InputError | None]:
-    """Every image of a source until it ends or Ctrl-C: poses sent, LIVE, the video unless it is a file, KEYPOINTS. With
-    the entry `live` of summary.json, and the refusal for which it ended where the disk is nearly full."""
-    own_video = folder / _VIDEO if shown.video is None else None
+    """Every image of a source until it ends or Ctrl-C: poses sent, the video unless it is a file, KEYPOINTS. With the
+    entry `live` of summary.json, and the refusal for which it ended where the disk is nearly full. frames: whether
+    images may be kept."""
+    own_video = folder / _VIDEO if frames and shown.video is None else None
     total = None if shown.video is None else len(shown.video.time_s)
     if (full := _full(folder, 0)) is not None:
         raise full
     with (
         interruptible() as asked,
-        live_recording(folder / LIVE, watch.detector.layout, own_video, frames) as recording,
+        _film(own_video) as keep,
         counted("live", total) as count,
     ):
         for shot in shown.until(asked):
-            person, pose = watch.see(shot, shown.dropped)
+            pose = watch.see(shot, shown.dropped)
             if send is not None:
                 send(pose)  # before anything is written
-            recording.log(shot, person, pose)
+            keep(shot)
             count(watch.search.seen, f", latency {pose.latency_ms:.0f} ms, {pose.dropped} dropped")
             if (full := _full(folder, watch.search.seen)) is not None:
                 break
@@ -169,6 +171,46 @@ def _recorded(
         search = watch.search
         without_repeats(search.detections(total or search.seen, search.seen)).save(folder / KEYPOINTS)
     return summary, full
+
+
+@contextmanager
+def _film(path: Path | None) -> Iterator[Callable[[Shot], None]]:
+    """A function that keeps an image in an MPEG-TS file, which is whole however the block ends; without a path it does
+    nothing. Encoding takes about as long as finding the pose in the next image, so a thread does it; where that is
+    _BEHIND images behind, it is waited for. InputError when the file cannot be written."""
+    if path is None:
+        yield lambda shot: None
+        return
+    import av
+    from av.error import FFmpegError
+
+    encoder, pending = None, deque[Future[None]]()
+
+    def write(shot: Shot) -> None:
+        nonlocal encoder
+        height, width = (side // 2 * 2 for side in shot.image.shape[:2])  # yuv420p needs even sizes
+        encoder = encoder or h264_stream(target, width, height, 30)
+        image = av.VideoFrame.from_ndarray(np.ascontiguousarray(shot.image[:height, :width]), "rgb24")
+        image.pts, image.time_base = round(shot.time_s / TICK), TICK
+        target.mux(encoder.encode(image))
+
+    def keep(shot: Shot) -> None:
+        pending.append(beside.submit(write, shot))
+        while len(pending) > _BEHIND:
+            pending.popleft().result()
+
+    # The thread ends, with all that it was given, before the file is closed.
+    try:
+        with av.open(str(path), "w", format="mpegts") as target, ThreadPoolExecutor(1, "film") as beside:
+            yield keep
+            while pending:
+                pending.popleft().result()
+            if encoder is not None:
+                target.mux(encoder.encode(None))
+    except FFmpegError as error:
+        raise InputError(
+            "cannot-write", f"The video {path} could not be written: {error.strerror}."
+        ) from None
 
 
 def _run_of(shown: Source, watch: Watch, output: Path, frames: bool) -> str:

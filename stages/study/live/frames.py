@@ -88,8 +88,7 @@ def live_frames(
         detector = load_detector(detector, person_detector)
     watch = Watch(detector, rectifier, focal_px, told_up(Told(focal_px=focal_px, gravity=gravity)))
     for shot in shown.until(lambda: False):
-        _, pose = watch.see(shot, shown.dropped)
-        yield pose
+        yield watch.see(shot, shown.dropped)
     if shown.broke is not None:
         raise shown.broke
 
@@ -124,8 +123,8 @@ class Watch:
         up = fuse(self.told_up).up if self.told_up else None
         return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
 
-    def see(self, shot: Shot, dropped: int) -> tuple[Found | None, LivePose]:
-        """The person in the next image, if there, and the pose. dropped: how many images were, so far."""
+    def see(self, shot: Shot, dropped: int) -> LivePose:
+        """The pose in the next image. dropped: how many images were, so far."""
         search, person = self.search, self.person
         cuts, before = len(search.cuts), person.name
         visible = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
@@ -144,7 +143,7 @@ class Watch:
         body, level = (rotate(transpose(R), joints) for R in (live.R_camera_from_body, R_camera_from_level))
         now_s = time.perf_counter()
         self.latency_ms.append(1000 * (now_s - shot.came_s))
-        pose = LivePose(
+        return LivePose(
             frame=shot.number,
             time_s=shot.time_s,
             captured_s=time.time() - (now_s - shot.came_s),
@@ -159,7 +158,6 @@ class Watch:
             latency_ms=self.latency_ms[-1],
             dropped=dropped,
         )
-        return visible, pose
 
 
 @dataclass

@@ -300,7 +300,7 @@ def test_the_files_of_a_run_are_those_of_the_documents():
     results = (Path(__file__).parents[3] / "docs" / "results.md").read_text()
     table = results.partition("| file | content |")[2].partition("`--also")[0]
     listed = {line.split("`")[1] for line in table.splitlines() if line.startswith("| `")}
-    assert listed == set(RUN_FILES) - {"live.rrd", "video.ts"}
+    assert listed == set(RUN_FILES) - {"video.ts"}
 
 
 def test_listing_imports_nothing_heavy():

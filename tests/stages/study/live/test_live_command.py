@@ -14,7 +14,7 @@ import pytest
 
 from commands import pcnet3d, succeeded
 from golden import numbered
-from golden.recordings import GEOMETRIC, Recording, kept, logged
+from golden.recordings import GEOMETRIC, kept
 from pcnet3d.adapters import read_all
 from pcnet3d.models import Found
 from pcnet3d.models.lifter.live import LiveLifter
@@ -30,35 +30,16 @@ def from_file(numbered_film, toy_detector, tmp_path_factory):
     return output
 
 
-def test_every_frame_of_a_file_is_in_the_recording_with_its_keypoints(from_file, joints_px):
-    frames, positions = logged(from_file / "live.rrd", "video/keypoints/joints", "Points2D:positions")
-    assert frames.tolist() == list(range(60))
-    np.testing.assert_allclose(np.array(positions), joints_px, atol=0.01)
-    frames, positions = logged(from_file / "live.rrd", "body/joints", "Points3D:positions")
-    assert frames.tolist() == list(range(60))
-    assert np.isfinite(np.array(positions)[1:]).all()
-
-
-def test_the_person_stands_on_a_floor(from_file):
-    (floor,) = Recording(from_file / "live.rrd").blueprint("LineGrid3D:plane")
-    assert floor == pytest.approx([0, 0, 1, -0.85], abs=0.01)
-
-
-def test_images_are_there_as_they_were_shown(from_file):
-    frames, samples = logged(from_file / "live.rrd", "video", "VideoStream:sample")
-    assert frames.tolist() == list(range(60))
-    decoder = av.CodecContext.create("h264", "r")
-    images = []
-    for sample in samples:
-        images += decoder.decode(av.Packet(bytes(np.ravel(sample).astype(np.uint8))))
-    images += decoder.decode(None)
-    corners = [image.to_ndarray(format="gray")[8:40, 8:40].mean() for image in images]
+def test_images_are_there_as_they_were_shown(camera, toy_detector, tmp_path):
+    live(source="0", output=tmp_path / "out", detector=str(toy_detector), settings=GEOMETRIC)
+    with av.open(str(tmp_path / "out" / "video.ts")) as video:
+        corners = [image.to_ndarray(format="gray")[8:40, 8:40].mean() for image in video.decode(video=0)]
     np.testing.assert_allclose(corners, 8 + 4 * np.arange(60), atol=3)
 
 
 def test_what_is_recorded_is_for_run(from_file, joints_px):
     made = {path.name for path in from_file.iterdir()}
-    assert made == {"live.rrd", "keypoints.npz", "summary.json"}  # no video: the file itself is there
+    assert made == {"keypoints.npz", "summary.json"}  # no video: the file itself is there
     (person,) = read_all(from_file / "keypoints.npz")
     np.testing.assert_allclose(person.joints, joints_px, atol=0.01)
     summary = json.loads((from_file / "summary.json").read_text())
@@ -82,16 +63,14 @@ def test_the_command_that_live_prints_processes_the_recording(
 
 
 def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
-    from_file, numbered_film, toy_detector, joints_px, tmp_path
+    numbered_film, toy_detector, tmp_path, capfdbinary
 ):
-    up = np.array([0.3, -0.95, 0.1])
-    told = {"settings": [*GEOMETRIC, "read.gravity=" + ",".join(map(str, -up))]}
-    live(source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), **told)
-    bounds = [
-        np.concatenate(logged(folder / "live.rrd", "rotation/bound", "Scalars:scalars")[1])
-        for folder in (from_file, tmp_path / "out")
-    ]
-    assert np.nanmax(bounds[1]) < 2 < np.nanmin(bounds[0])
+    for gravity, bounded in (([], False), (["read.gravity=-0.3,0.95,-0.1"], True)):
+        settings = [*GEOMETRIC, *gravity]
+        output, toy = tmp_path / str(bounded), str(toy_detector)
+        live(source=str(numbered_film), output=output, detector=toy, settings=settings, as_json=True)
+        bounds = [json.loads(line)["up_bound_deg"] for line in capfdbinary.readouterr().out.splitlines()]
+        assert [bound < 2 for bound in bounds if bound is not None] == [bounded] * 60
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 
 from commands import APART
-from golden.recordings import GEOMETRIC, logged
+from golden.recordings import GEOMETRIC
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.recording import live_recording
-from pcnet3d.stages.study.live.source import Shot, Source
+from pcnet3d.stages.study.live.source import Source
 from refusals import refused
 
 
@@ -82,7 +81,7 @@ def test_a_reader_that_ends_leaves_the_recording_whole(numbered_film, toy_detect
     assert process.returncode == 0, said
     assert "Traceback" not in said
     assert said.count("standard output is closed") == 1
-    assert logged(output / "live.rrd", "body/joints", "Points3D:positions")[0].tolist() == list(range(60))
+    assert load_detections(output / "keypoints.npz").frame_index.tolist() == list(range(60))
 
 
 def test_closed_standard_streams_are_refused(tmp_path, monkeypatch):
@@ -108,12 +107,3 @@ def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, 
     monkeypatch.setattr(Source, "until", until)
     next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
     assert order[:2] == ["networks", "images"]
-
-
-def test_what_the_recording_cannot_hold_is_an_error_and_no_hole(poses, tmp_path):
-    shot = Shot(0, 0.0, np.zeros((8, 8, 3), np.uint8))
-    with (
-        pytest.raises(Exception, match="unknown"),
-        live_recording(tmp_path / "live.rrd", COCO17, None, False) as recording,
-    ):
-        recording.log(shot, None, replace(poses[0], error_deg="unknown"))
