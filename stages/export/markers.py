@@ -29,7 +29,7 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP
 from ...pipeline.signals.filters import breaks, each_path, even_grid, evenly_spaced, holes, rate, resample
-from ..drawing.provenance import provenance
+from ..drawing.facts import provenance
 
 _APART = 0.75  # usual intervals to the nearest row of uneven stamps, from which on a moment was not seen
 OPENSIM = Frame("OPENSIM", "level", ("front", "up", "right"))  # the axes of OpenSim's models

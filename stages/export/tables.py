@@ -22,7 +22,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file, write_rows
 from ...pipeline.signals.angles import ALL_ANGLES, near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
-from ..drawing.provenance import provenance
+from ..drawing.facts import provenance
 from ..measures.cycles import POINTS
 from ..trajectories import unit_of
 

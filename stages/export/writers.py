@@ -12,7 +12,7 @@ from ...pipeline.core.errors import needed_for
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ..drawing.provenance import provenance
+from ..drawing.facts import provenance
 from .animation import write_bvh, write_glb
 from .annotated import write_annotated
 from .markers import write_c3d, write_mot, write_trc
