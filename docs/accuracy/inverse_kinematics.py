@@ -21,8 +21,7 @@ from pcnet3d.models.lab.evaluation.runs import Configuration, finished
 from pcnet3d.models.lab.mocap.clips import Clip, person
 from pcnet3d.pipeline import Take
 from pcnet3d.stages.export.markers import COORDINATES, OPENSIM, markers
-from pcnet3d.stages.opensim.command import with_path
-from pcnet3d.stages.opensim.model import Solved, follow, opensim
+from pcnet3d.stages.opensim import Solved, follow, opensim, with_path
 
 OF_A_PERSON, BRIEFEST_S, FRAMES = 2, 2.0, 150
 

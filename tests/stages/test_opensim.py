@@ -13,7 +13,7 @@ from pcnet3d.pipeline import InputError
 opensim = pytest.importorskip("opensim", reason="the extra opensim is not installed")
 
 from golden.musculoskeletal import small_model, write_small_model  # noqa: E402  # both need the package
-from pcnet3d.stages.opensim import model as musculoskeletal  # noqa: E402
+from pcnet3d.stages import opensim as musculoskeletal  # noqa: E402
 
 _EMPTY = b"<OpenSimDocument Version='40000'><Model name='m'/></OpenSimDocument>"
 LARGER = 1.1

@@ -1,1 +1,0 @@
-"""A finished run in OpenSim: a model scaled to the person, and its inverse kinematics."""
