@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ...pipeline.core.frames import BODY
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
+from ..drawing.facts import provenance
 from ..drawing.palette import MIDDLE, PURPLE
-from ..drawing.provenance import provenance
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
     half_height,
@@ -22,16 +23,23 @@ from ..drawing.rerun_log import (
     log_notices,
     log_skeleton,
     log_video,
+    person_view,
 )
 from ..drawing.rerun_video import on_clock, viewable
-from .angles import log_angles, log_marks
-from .room import log_room
-from .views import views
+from .angles import angle_views, first_angles, log_angles, log_marks
+from .room import first_view, log_room, walk_view, walked
 
 if TYPE_CHECKING:
     import rerun as rr
+    import rerun.blueprint as rrb
 
 _FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 17 MB
+# Where the eye stands, in sizes of the person from the pelvis and in the reference axes of a frame's family.
+_EYES = {
+    "camera": (0.5, -0.4, -2.4),  # near the camera itself
+    "world": (-2.2, 1.1, 0.5),
+    "body": (-2.2, 1.1, 0.5),  # in front of the person, who faces -x, to the right and a little above
+}
 
 
 @dataclass(frozen=True)
@@ -142,3 +150,52 @@ def _gaps_marked(poses: PoseSequence, rows: np.ndarray) -> PoseSequence:
     if frame[-1] > poses.frame_index[-1]:
         time_s[-1] += 1 / poses.fps if len(poses) > 1 else 1e-3
     return poses.on_frames(frame, time_s)
+
+
+def views(take: Take, size: float) -> rrb.Container:
+    """A tab for a first look: the video, the person on the floor, and below them knees, elbows and trunk; another for
+    all else. Views of what the take lacks are not there.
+
+    size: about half the person's height, in the poses' unit.
+    """
+    import rerun.blueprint as rrb
+
+    flat = {"Video": take.video, "2D keypoints": take.keypoints}
+    title = " and ".join(name for name, part in flat.items() if part is not None)
+    video = [rrb.Spatial2DView(origin="video", name=title)] if title else []
+    charts = first_angles(take)
+    first = rrb.Vertical(
+        rrb.Horizontal(*video, first_view(take, size)),
+        *([rrb.Horizontal(*charts)] if charts else []),
+        row_shares=[5, 3] if charts else [1],
+        name="First look",
+    )
+    return rrb.Tabs(first, _details(take, size), active_tab=0)
+
+
+def _details(take: Take, size: float) -> rrb.Container:
+    """On the left the poses before and after, in the middle the path and the angles, on the right rotation and
+    words."""
+    import rerun.blueprint as rrb
+
+    poses, rectified = take.need("poses"), take.need("rectified")
+    source = poses.frame
+    eyes = [size * frame.basis @ np.array(_EYES[frame.family]) for frame in (source, BODY)]
+    texts: list[rrb.View] = []
+    if take.said:
+        columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
+        texts.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
+    texts.append(rrb.TextDocumentView(origin="provenance", name="Provenance"))
+    rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)", plot_legend=rrb.Corner2D.LeftTop)
+    columns = [
+        [
+            person_view("source", f"Before: {source.name} axes", eyes[0]),
+            person_view("body", "After: BODY, facing you", eyes[1]),
+        ],
+        [
+            *([walk_view(take, size)] if walked(rectified) else []),
+            *angle_views(take),
+        ],
+        [rotation, rrb.Tabs(*texts, active_tab=0)],
+    ]
+    return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")

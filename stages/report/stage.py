@@ -15,8 +15,8 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.running.sentences import NINE_IN_TEN, camera_motion, camera_words, headlines, length_of
 from ...pipeline.running.sentences import answer as answered
+from ..drawing.facts import provenance
 from ..drawing.page import Tile, answer, box, joined, page, small, table, tiles
-from ..drawing.provenance import provenance
 from .angles import angle_charts, ranges, sides_compared
 from .measures import happened
 from .player import skeleton_player

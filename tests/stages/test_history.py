@@ -7,7 +7,7 @@ import pcnet3d
 
 # Pages and files that show it. stages/study is judged by its own tests.
 SHOW = {
-    "stages/drawing/provenance.py",
+    "stages/drawing/facts.py",
     "stages/export/writers.py",
     "stages/export/stage.py",
 }

@@ -84,7 +84,8 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
             )
         if (first := places.setdefault(name.casefold(), where)) != where:
             raise InputError(
-                "bad-value", f"{where}: the name '{name}' is taken by {first}; give each take its own 'name'."
+                "bad-value",
+                f"{where}: the name '{name}' is taken by {first}; give each take its own 'name'.",
             )
         labels = {label: row.get(label, "") for label in LABELS}
         entries.append(Entry(name, options, labels))
@@ -136,28 +137,23 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """Of every row: its file and line, for errors, and its cells by column."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, strict=True)
-            header = next(reader, [])
-            if len(header) == 1 and ";" in header[0]:
-                raise InputError(
-                    "format-unknown",
-                    f"{path}: expected commas between columns, found semicolons; save it with commas.",
-                )
-            columns = [_column(name, str(path)) for name in header]
+            reader = csv.DictReader(file, restkey="", restval="", strict=True)
+            columns = [_column(name, str(path)) for name in reader.fieldnames or ()]
             if twice := {name for name in columns if columns.count(name) > 1}:
                 raise InputError(
                     "wrong-content", f"{path}: the column '{min(twice)}' is there twice; keep one."
                 )
-            for cells in reader:
+            reader.fieldnames = columns
+            for row in reader:
                 where = f"{path}, line {reader.line_num}"
-                if len(cells) > len(columns):
+                if more := row.pop("", None):
                     raise InputError(
                         "file-damaged",
-                        f'{where}: expected {how_many(len(columns), "cell")}, found {len(cells)}; put " around commas.',
+                        f"{where}: expected {how_many(len(columns), 'cell')}, found {len(columns) + len(more)}; put "
+                        '" around commas.',
                     )
-                row = {name: cell.strip() for name, cell in zip(columns, cells, strict=False) if cell.strip()}
-                if row:
-                    yield where, row
+                if given := {name: cell.strip() for name, cell in row.items() if cell.strip()}:
+                    yield where, given
     except OSError as error:
         raise InputError(
             "cannot-open", f"Expected a manifest or a folder at {path}: {error.strerror}."

@@ -22,7 +22,7 @@ from ....pipeline.files.names import POSES
 from ....pipeline.running.sentences import ERRORS_OF_ANGLES, POSES_ARE, judgement
 from ....pipeline.signals.checks import bone_spread
 from ...drawing.facts import mean
-from ...drawing.page import Cell, Link, Number, answer, box, page, small, table
+from ...drawing.page import Cell, Link, Number, answer, page, small, table
 from .manifest import LABELS
 
 _QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
@@ -36,7 +36,6 @@ _COLUMNS = (
     "level_ok", "level_reason", *_QUALITY,
 )  # fmt: skip
 _NUMBERS = ("fps", "duration_s", *_QUALITY)
-_MOST = 20  # names of runs in a sentence
 # What is said of runs whose poses are not good, by `judgement`: "" without the stage `export`, as there are no figures.
 _DOUBTFUL = {
     "with suspicious poses": ("suspicious",),
@@ -110,16 +109,6 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
             yield f"{above}{key}", float(value)
 
 
-def doubts(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
-    rows: as of `study_rows`, one for each person of a take."""
-    runs = {
-        what: [row for row in rows if row.get("judgement", "") in codes] for what, codes in _DOUBTFUL.items()
-    }
-    runs["not levelled"] = [row for row in rows if row.get("level_ok") is False]
-    return {what: doubtful for what, doubtful in runs.items() if doubtful}
-
-
 def concluded(rows: Sequence[Row], before: int | None = None) -> Iterator[str]:
     """How many takes are done, `before` of them by an earlier batch, and how far their runs can be trusted; rows: as of
     `study_rows`."""
@@ -128,7 +117,11 @@ def concluded(rows: Sequence[Row], before: int | None = None) -> Iterator[str]:
     kept = "" if before is None else f" ({before} of them before)"
     yield f"{how_many(len(names), 'take')} done{kept}, {len({row['name'] for row in rows} - names)} failed"
     if done:
-        doubtful = ", ".join(f"{len(runs)} {what}" for what, runs in doubts(done).items())
+        many = {
+            what: sum(row.get("judgement", "") in codes for row in done) for what, codes in _DOUBTFUL.items()
+        }
+        many["not levelled"] = sum(row.get("level_ok") is False for row in done)
+        doubtful = ", ".join(f"{count} {what}" for what, count in many.items() if count)
         yield f"of {how_many(len(done), 'run')}: {doubtful or 'no doubts about poses or levelling'}"
 
 
@@ -164,22 +157,8 @@ def as_page(title: str, rows: Sequence[Row]) -> str:
         ("Failed takes", _table(failed, why, _OF_FAILED)),
         ("Takes", _table(done, _columns(done), _OF_TAKES)),
     ]
-    return page(title, _head(rows, done), sections)
-
-
-def _head(rows: Sequence[Row], done: Sequence[Row]) -> Markup:
-    named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in LABELS}
-    about = [how_many(len(names), label) for label, names in named.items() if names]
-    unsure = [
-        f"{how_many(len(runs), 'run')} {what}: {'; '.join(map(name_of, runs[:_MOST]))}"
-        f"{' ...' if len(runs) > _MOST else ''}"
-        for what, runs in doubts(done).items()
-    ]
-    return (
-        small(" · ".join([*about, f"pcnet3d {package_version()}"]))
-        + answer(f"{line[:1].upper()}{line[1:]}." for line in concluded(rows))
-        + box("Not to be trusted, or with care", unsure, "warning")
-    )
+    head = answer(f"{line[:1].upper()}{line[1:]}." for line in concluded(rows))
+    return page(title, head + small(f"pcnet3d {package_version()}"), sections)
 
 
 def _table(rows: Sequence[Row], columns: Mapping[str, Sequence[Cell]], about: str) -> Markup:

@@ -31,7 +31,7 @@ def compare(
     ],
     truth: Annotated[
         Path | None,
-        typer.Option(help="Motion capture to use as the reference: TRC, C3D, BVH, .npz or FreeMoCap."),
+        typer.Option(help="Motion capture to use as the reference: TRC, C3D or .npz."),
     ] = None,
     up: Annotated[Up | None, typer.Option(help="Vertical axis of the motion capture.")] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the motion capture: m, cm, mm or inch.")] = None,

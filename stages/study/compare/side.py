@@ -1,4 +1,4 @@
-"""What a comparison knows of each side: a finished run, or motion capture of many formats brought to the same form."""
+"""What a comparison knows of each side: a finished run, or motion capture brought to the same form."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.anthropometry import STATURES_M, implied_stature
-from ....pipeline.core.conversions import change_frame, remap
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.messages import how_many
+from ....pipeline.core.messages import how_many, rate_in_words
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
@@ -30,9 +29,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc, z_up
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs, upright_share
-from ....pipeline.plugins.options import call
 from ....pipeline.reading.bounds import check_fps
-from ....pipeline.reading.load import adapters, recognises
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
 
@@ -114,7 +111,9 @@ def _about(run: Take) -> str:
     """What was told of the session, if anything, the recording and its length."""
     session = run.session
     person = f"person {session.person_id}" if session.person_id else ""
-    parts = (session.title, person, session.date, run.name, how_many(len(run.need("poses")), "frame"))
+    poses = run.need("poses")
+    rate = rate_in_words(poses.fps, "")
+    parts = (session.title, person, session.date, run.name, how_many(len(poses), "frame"), rate)
     return ", ".join(part for part in parts if part)
 
 
@@ -230,13 +229,11 @@ def read_truth(
     unit: str | None = None,
     fps: float | None = None,
 ) -> PoseSequence:
-    """One person of a TRC, C3D, BVH or .npz file, or of one that an adapter reads in a world (FreeMoCap's): H36M17,
-    metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC, C3D or .npz file lacks are
-    NaN; it has to have hips, knees and ankles.
+    """One person of a TRC, C3D or .npz file: H36M17, metres, Z-up world, with time stamps from the file's own
+    beginning. Joints that the file lacks are NaN; it has to have hips, knees and ankles.
 
     up, unit, fps: of files that do not state them, or state them wrongly. InputError if the file is damaged or of
-    another form, has no joints of these names, or its person does not stand upright or has an impossible size; and for
-    an option that the format leaves no room for.
+    another form, has no joints of these names, or its person does not stand upright or has an impossible size.
     """
     if not path.is_file():
         raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
@@ -247,7 +244,13 @@ def read_truth(
     readers = {".trc": read_trc, ".c3d": read_c3d, ".npz": partial(_one_clip, fps=fps)}
     with naming(path):
         read = readers.get(path.suffix.lower())
-        poses = _adapted(path, up, unit, fps) if read is None else _of_markers(read(path), up, unit, fps)
+        if read is None:
+            raise InputError(
+                "format-unknown",
+                f"expected motion capture of {', '.join(readers)}; process other files with pcnet3d run --poses, and "
+                "compare the two runs.",
+            )
+        poses = _of_markers(read(path), up, unit, fps)
     _check_person(poses, path, unit)
     return poses
 
@@ -315,26 +318,3 @@ def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | 
         frame_index=np.arange(len(joints)),
         person=TRUTH,
     )
-
-
-def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
-    given = {name: value for name, value in {"up": up, "unit": unit}.items() if value is not None}
-    people = [
-        poses
-        for adapter in adapters("poses").values()
-        if recognises(adapter, path)
-        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options=given)
-        if poses.frame.family == "world" and poses.frame.metric
-    ]
-    if len(people) != 1:
-        raise InputError(
-            "format-unknown",
-            "expected one person's motion capture: TRC, C3D, BVH, .npz, or a file that FreeMoCap writes.",
-        )
-    poses = remap(people[0], H36M17)
-    if fps is not None:
-        rows = poses.frame_index if poses.time_s is None else poses.time_s * poses.fps
-        poses = poses.with_(time_s=rows / fps)
-    if poses.time_s is None:
-        raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
-    return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))

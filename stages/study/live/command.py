@@ -30,8 +30,7 @@ from ....pipeline.running.progress import counted, interruptible
 from ...detect import Detect
 from ...drawing.rerun_video import TICK, h264_stream
 from ...rectify import Rectify
-from .frames import LivePose, Watch
-from .source import Shot, Source, open_source
+from .frames import LivePose, Shot, Source, Watch, open_source
 
 _VIDEO = "video.ts"
 # What is left on the disk when live ends there: the encoder's last images, the ends of the files and the summary; and

@@ -10,7 +10,7 @@ from golden.films import film
 from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.video_frames import opened
-from pcnet3d.stages.study.live.source import open_source
+from pcnet3d.stages.study.live.frames import open_source
 from refusals import refused
 
 _HLS = "#EXTM3U\n#EXT-X-VERSION:3\n#EXT-X-TARGETDURATION:2\n#EXTINF:2,\n{address}/x.ts\n#EXT-X-ENDLIST\n"

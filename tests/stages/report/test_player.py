@@ -13,8 +13,7 @@ from markupsafe import Markup
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.stages.drawing.charts import Curve, over_time
 from pcnet3d.stages.drawing.page import charts, figure, page
-from pcnet3d.stages.report.film import _chosen
-from pcnet3d.stages.report.player import skeleton_player
+from pcnet3d.stages.report.player import _chosen, skeleton_player
 
 
 def held_of(markup: str) -> dict:

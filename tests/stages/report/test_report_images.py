@@ -14,7 +14,7 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Ta
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.video_frames import OnePass, _Film, images_ahead, images_at, images_from
-from pcnet3d.stages.report.film import jpeg, sure_keypoints, windows
+from pcnet3d.stages.report.player import jpeg, sure_keypoints, windows
 from pcnet3d.stages.report.stage import report
 
 

@@ -12,7 +12,7 @@ from pcnet3d.pipeline.signals.angles import ALL_OF_BOTH, MIDLINE
 from pcnet3d.stages.measures.stage import Measures as Stage
 from pcnet3d.stages.report.angles import range_words, ranges, sides_compared
 from pcnet3d.stages.report.measures import happened
-from pcnet3d.stages.study.compare.changes import Change
+from pcnet3d.stages.study.compare.comparison import Change
 
 CURVE = np.linspace(0, 60, 101).tolist()
 

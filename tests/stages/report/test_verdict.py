@@ -9,7 +9,7 @@ from pcnet3d.pipeline.core.notices import verdict
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.reading.findings import findings_of
 from pcnet3d.pipeline.running.sentences import POSES_ARE, conclude, judgement, trusted
-from pcnet3d.stages.drawing.provenance import provenance
+from pcnet3d.stages.drawing.facts import provenance
 from pcnet3d.stages.export.stage import Export, summary
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report

@@ -66,7 +66,7 @@ def test_a_flag_that_a_take_switches_off_wins_over_the_common_one(study):
         ((), ["no take"]),
         (("poses,staturе", "a.npy,1"), ["stat", "did you mean stature"]),
         (("pose", "a.npy"), ["'pose'", "did you mean poses"]),
-        (("poses;fps", "a.npy;30"), ["semicolons"]),
+        (("poses;fps", "a.npy;30"), ["'poses;fps'", "did you mean"]),
         (("poses,poses", "a.npy,b.npy"), ["'poses'", "twice"]),
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),

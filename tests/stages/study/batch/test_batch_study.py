@@ -30,8 +30,6 @@ def test_people_of_one_take_are_counted_as_one_take():
     page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]))
     assert "1 take done, 0 failed." in page
     assert "Of 3 runs: 3 with suspicious poses, 1 not levelled." in page
-    assert "3 runs with suspicious poses: t, 0; t, 1; t, 2<" in page
-    assert "1 run not levelled: t, 1<" in page
 
 
 def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
@@ -40,11 +38,10 @@ def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
     page = as_page("Study", rows)
     assert "2 takes done, 0 failed." in page
     assert "Of 2 runs: 2 whose poses cannot be judged." in page
-    assert "2 runs whose poses cannot be judged: a; b<" in page
     assert ">levelled<" not in page  # a column without a cell
     rows[1] |= {"level_ok": True, "frames": 45, "judgement": "good"}
     page = as_page("Study", rows)
-    assert "1 run whose poses cannot be judged: a<" in page
+    assert "Of 2 runs: 1 whose poses cannot be judged." in page
     assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
 
 

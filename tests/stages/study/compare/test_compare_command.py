@@ -18,7 +18,7 @@ from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import agreement, correlated, correlation, size_ratio
 from pcnet3d.stages.study.compare.command import compare
-from pcnet3d.stages.study.compare.comparison import compared
+from pcnet3d.stages.study.compare.comparison import as_page, compared
 from pcnet3d.stages.study.compare.side import load_side
 from refusals import refused
 
@@ -107,12 +107,11 @@ def test_the_page_is_one_table_of_differences_then_charts(cameras, against_truth
     assert "compare" in json.loads((runs / "side/summary.json").read_text())["files"]
 
 
-def test_a_run_without_a_filter_has_no_cut_off(sides):
-    """The page named "cut-offs (None, 6.0 Hz)"."""
+def test_runs_of_different_filters_and_rates_say_so(sides):
     filters = zip(sides[:2], (None, 6.0), strict=True)
-    found = compared([replace(side, name=f"run {hz}", cutoff_hz=hz) for side, hz in filters])
-    (said,) = (each for each in found.notices if each.code == "cutoffs-differ")
-    assert said.values["cutoffs"] == "6 Hz, none"
+    shown = as_page(compared([replace(side, name=f"run {hz}", cutoff_hz=hz) for side, hz in filters]))
+    assert "low-pass of the joints: unfiltered and 6 Hz" in shown
+    assert "30 a second" in shown
 
 
 @pytest.mark.parametrize(("late_s", "search_s"), [(-1.7, 5.0), (0.0123, 5.0), (2.4, 5.0), (0.0, 0.0)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.skeleton import bvh
-from golden.worlds import freemocap_rtmpose, trc, y_up
+from golden.worlds import trc, y_up
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.stages.study.compare.side import read_truth
 from refusals import refused
@@ -75,13 +75,10 @@ def test_a_file_of_several_clips_is_refused(walk, tmp_path):
         read_truth(tmp_path / "x.npz")
 
 
-def test_a_file_that_does_not_say_its_rate_is_told_it(walk, tmp_path):
-    np.save(tmp_path / "rtmpose_body_3d_xyz.npy", freemocap_rtmpose(walk.world))
-    with pytest.raises(InputError, match="--rate"):
-        read_truth(tmp_path / "rtmpose_body_3d_xyz.npy")
-    poses = read_truth(tmp_path / "rtmpose_body_3d_xyz.npy", fps=30.0)
-    np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-6)
-    np.testing.assert_allclose(poses.joint("l_knee"), walk.joint("l_knee"), atol=1e-3)
+def test_other_files_are_to_be_run_first(tmp_path):
+    (tmp_path / "x.bvh").write_text(bvh(np.zeros((40, 16, 3))))
+    with refused("format-unknown", "run --poses"):
+        read_truth(tmp_path / "x.bvh")
 
 
 LEGS = ["r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle"]
@@ -115,14 +112,3 @@ def test_the_real_takes_truth_of_twelve_joints_is_read(data):
     poses = read_truth(data / "real/pose2sim/truth.npz")
     assert np.isfinite(poses.joint("r_wrist")).all()
     assert np.isnan(poses.joint("thorax")).all()
-
-
-def test_a_t_pose_that_is_left_out_does_not_shift_the_clock(tmp_path):
-    frames = np.zeros((40, 16, 3))
-    frames[1:, 2] = 5.0
-    (tmp_path / "01_01.bvh").write_text(bvh(frames, fps=120))
-    poses = read_truth(tmp_path / "01_01.bvh")
-    assert poses.times[0] == pytest.approx(10 / 120, rel=1e-4)
-    assert len(poses) == 30
-    thigh = np.linalg.norm(poses.joint("l_knee") - poses.joint("l_hip"), axis=-1)
-    np.testing.assert_allclose(thigh, 0.42, atol=1e-3)

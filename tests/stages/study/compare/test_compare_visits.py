@@ -16,8 +16,17 @@ from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.study.compare.align import correlated
-from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
-from pcnet3d.stages.study.compare.comparison import as_page, compared, conclusion, figures, shift_in_words
+from pcnet3d.stages.study.compare.comparison import (
+    WHY,
+    as_figures,
+    as_page,
+    changes,
+    compared,
+    conclusion,
+    figures,
+    shift_in_words,
+    summary,
+)
 from pcnet3d.stages.study.compare.side import one_clock
 
 
@@ -130,7 +139,6 @@ def test_what_the_lifter_errs_alike_in_both_visits_is_not_in_the_difference(side
     assert changes(of_file, first, True)[0].error == pytest.approx(np.hypot(4, 4))
     page = as_page(compared([of_file, first]))
     assert all(ERRORS_OF_ANGLES[how] in page for how in ("judged", "file"))
-    assert from_same_place(later, first)
     assert "about the same place" in as_page(compared([first, later]))
 
 
@@ -215,36 +223,6 @@ def test_estimators_of_one_recording_are_no_visits(sides):
     """Their errors are not independent, so nothing is said of changes."""
     visits = [of_visit(sides[0], 5.0, 55.0, 1.0), replace(of_visit(sides[0], 5.0, 75.0, 1.0), name="twin")]
     assert not any("chance" in said for said in conclusion(compared(visits).pairs[0]))
-
-
-def test_takes_that_have_a_part_in_common_are_said_to_differ_for_that(sides):
-    """Ranges of motion are of whole takes; those of a cut were said to be smaller by more than their errors."""
-    first, other = (of_visit(side, 5.0, 55.0, 1.0) for side in sides)
-    for late_s, warned in ((0.0, False), (0.4, False), (3.0, True)):  # of 8 s
-        later = replace(other, time_s=other.time_s + late_s)
-        for pair in ([first, later], [later, first]):
-            said = [each for each in compared(pair, "stamps").notices if each.code == "partly-common"]
-            assert len(said) == warned
-            assert all(
-                (each.values["common_s"], each.values["longest_s"])
-                == (pytest.approx(5, abs=0.05), pytest.approx(8, abs=0.05))
-                for each in said
-            )
-    assert not any(each.code == "partly-common" for each in compared([first, later]).notices)
-
-
-def test_lifted_runs_of_different_frame_rates_are_warned_of(sides):
-    visits = [sides[0], replace(sides[1], time_s=2 * sides[1].time_s)]
-    assert not compared(visits).notices  # poses of files
-    lifted = [
-        with_run(side, poses=side.run.poses.with_(made_by=MadeBy("estimated", "l", in_run=True)))
-        for side in visits
-    ]
-    (said,) = compared(lifted).notices
-    assert said.code == "rates-differ"
-    assert said.text.startswith("The runs were lifted at 15 to 30 frames per second")
-    alike = [replace(side, time_s=sides[0].time_s) for side in lifted]
-    assert not compared(alike).notices
 
 
 def test_names_that_are_html_are_shown_letter_by_letter_and_not_obeyed(sides):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from golden import numbered
-from pcnet3d.stages.study.live.source import Source, open_source
+from pcnet3d.stages.study.live.frames import Source, open_source
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Source
+from pcnet3d.stages.study.live.frames import Source
 from refusals import refused
 
 

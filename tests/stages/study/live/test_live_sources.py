@@ -15,7 +15,7 @@ from golden.recordings import GEOMETRIC, kept
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Shot, Source, open_source
+from pcnet3d.stages.study.live.frames import Shot, Source, open_source
 from refusals import refused
 
 
