@@ -13,7 +13,7 @@ import numpy as np
 
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.metrics import relative
-from pcnet3d.models.lab.mocap.clips import data_folder
+from pcnet3d.models.lab.clips import data_folder
 from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.frames import CAMERA
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, H36M17, Layout

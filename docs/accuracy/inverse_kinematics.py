@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from golden.musculoskeletal import write_small_model
-from pcnet3d.models.lab.evaluation.runs import Configuration, finished
-from pcnet3d.models.lab.mocap.clips import Clip, person
+from pcnet3d.models.lab.beds import Configuration, finished
+from pcnet3d.models.lab.clips import Clip, person
 from pcnet3d.pipeline import Take
 from pcnet3d.stages.export.markers import COORDINATES, OPENSIM, markers
 from pcnet3d.stages.opensim import Solved, follow, opensim, with_path

@@ -30,7 +30,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from pcnet3d.models.lab.evaluation.testbed import VIEWS
+from pcnet3d.models.lab.beds import VIEWS
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.errors import InputError

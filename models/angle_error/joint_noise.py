@@ -17,7 +17,7 @@ nothing of what the lifter leans.
 Nor does it tell all of what a lifter errs more in postures that its training had few of, and in fast motion: each angle
 has a part for the lean of the trunk, a low pelvis, raised arms and speed (`postures`, posture.py), added as squares.
 
-joint_noise.json was learned by models/lab/fits/joint_noise.py and models/lab/evaluation/errors.py: the modes on lifted
+joint_noise.json was learned by models/lab/refit.py and models/lab/evaluation/errors.py: the modes on lifted
 train subjects, by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten
 errors lie within 1.645 standard deviations in every configuration of a run, on lifted validation subjects
 (models/rectifier/card.md has the split).

@@ -1,7 +1,7 @@
 """How wrong a difference may be: of the ends of a range, of right and left, of repetitions, of two takes. What a lifter
 errs alike in both cancels.
 
-repeatability.json was fitted by models/lab/fits/visits.py on virtual visits of validation people, in which the true
+repeatability.json was fitted by models/lab/refit.py on virtual visits of validation people, in which the true
 difference is known: for every figure the factor on both errors, added as independent ones are, with which nine in ten
 differences lie inside. Of two takes it is smaller where both were filmed from about the same place.
 """

@@ -29,12 +29,12 @@ from ...pipeline.reading.settings import OnDevice
 from ...pipeline.running.progress import counted
 from ..common import vectors
 from ..rectifier.load import load_rectifier
-from .common.cases import Cases
+from .beds import EVALUATION_SETS, Sets
+from .cases import Cases
+from .clips import data_set, read_clips
 from .evaluation.evaluate import note_look, publish, refuse_unexplained
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
-from .evaluation.runs import EVALUATION_SETS, Sets
-from .mocap.clips import data_set, read_clips
-from .synthetic.views import CAMERA_FROM_SOURCE
+from .synthetic import CAMERA_FROM_SOURCE
 from .training.rectifier import geodesic, gram_schmidt
 
 VIEWS = 6

@@ -30,13 +30,13 @@ from ...pipeline.files.skeletons import leg_length, upright_share
 from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
-from .common.cases import Cases
-from .common.config import checked
+from .cases import Cases
+from .clips import Clip
+from .config import checked
+from .data import require_sides
 from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
-from .mocap.clips import Clip
-from .mocap.convert import require_sides
-from .synthetic.views import CAMERA_FROM_SOURCE
+from .synthetic import CAMERA_FROM_SOURCE
 from .training.loop import Device
 from .training.rectifier import Deployed, TrainConfig, step_s, train
 

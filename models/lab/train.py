@@ -11,7 +11,7 @@ from typer import Argument, Option
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.removed import refuse_removed
 from ...pipeline.running.recipe import load_toml
-from .common.config import checked
+from .config import checked
 from .training import lifter, rectifier
 from .training.loop import Device
 

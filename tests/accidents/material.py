@@ -13,9 +13,9 @@ from golden.detections import AS_COCO, coco_tracks
 from golden.lifts import lift
 from pcnet3d.examples.walker import side_camera, walker
 from pcnet3d.examples.walker.files import write_video
-from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
-from pcnet3d.models.lab.mocap.clips import Clip, Subjects, data_folder, person, read_clips
-from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
+from pcnet3d.models.lab.beds import BEDS, MIN_FRAMES, Bed, see
+from pcnet3d.models.lab.clips import Clip, Subjects, data_folder, person, read_clips
+from pcnet3d.models.lab.synthetic import Noise
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.frames import CAMERA

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.models.lab.synthetic.views import seen, views
+from pcnet3d.models.lab.synthetic import seen, views
 
 
 def write_lifted(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.models.lab.mocap.clips import Clip
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.pipeline import H36M17
 
 TINY = Path(__file__).with_name("tiny.toml").read_text(encoding="utf-8")

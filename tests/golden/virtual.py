@@ -4,8 +4,8 @@ import numpy as np
 
 from golden.lifts import lift
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
-from pcnet3d.models.lab.mocap.clips import Clip
+from pcnet3d.models.lab.beds import LiftedTake, see
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.pipeline import CAMERA, Take
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera

@@ -16,8 +16,8 @@ from pcnet3d.examples.demo import demo
 from pcnet3d.examples.walker.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints, write_poses
 from pcnet3d.examples.walker.walk import Walk, walker
-from pcnet3d.models.lab.mocap.clips import Clip
-from pcnet3d.models.lab.mocap.convert import write_mocap
+from pcnet3d.models.lab.clips import Clip
+from pcnet3d.models.lab.data import write_mocap
 from pcnet3d.pipeline import H36M17
 
 # Packages of others that documents use, whose answers have the shapes and types of theirs; and a lifter.

@@ -354,9 +354,9 @@ def _write_golden(inputs: Path) -> dict[str, str]:
 def _write_simulated(inputs: Path) -> dict[str, str]:
     """Clips of validation subjects, as seen; the commands for them, with one option or another."""
     from golden.detections import AS_COCO
-    from pcnet3d.models.lab.evaluation.testbed import see
-    from pcnet3d.models.lab.mocap.clips import read_clips
-    from pcnet3d.models.lab.synthetic.cameras import TYPICAL
+    from pcnet3d.models.lab.beds import see
+    from pcnet3d.models.lab.clips import read_clips
+    from pcnet3d.models.lab.synthetic import TYPICAL
     from pcnet3d.pipeline.core.camera import pitch_roll_deg
 
     clips, commands = [clip for clip in read_clips("val") if len(clip) >= _FEWEST], {}

@@ -15,7 +15,7 @@ from pcnet3d.models.angle_error.joint_noise import (
 )
 from pcnet3d.models.angle_error.take_angles import TakeJoints, smoothed, take_angles
 from pcnet3d.models.common.canonical import R_world_from_body
-from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of
+from pcnet3d.models.lab.refit import Pair, modes_of
 from pcnet3d.pipeline import CAMERA, H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose

@@ -7,7 +7,7 @@ from golden.walks import FOCAL_PX as FOCAL
 from golden.walks import GEOMETRIC, JUDGED, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.evaluation.statements import frame_by_frame
+from pcnet3d.models.lab.evaluation.errors import frame_by_frame
 from pcnet3d.pipeline import (
     CAMERA,
     H36M17,

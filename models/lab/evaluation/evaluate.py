@@ -31,10 +31,8 @@ from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.cases import Row, grouped
-from ..common.metrics import Figure
-from .runs import Configuration, Sets
-from .testbed import Bed
+from ..beds import Bed, Configuration, Sets
+from ..cases import Figure, Row, grouped
 
 ROOT = Path(__file__).parents[3]
 _LEDGER = ("date", "command", "networks", "because")

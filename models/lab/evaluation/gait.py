@@ -1,7 +1,7 @@
 """Contacts, steps and gait figures of runs where the truth is known:  pcnet3d lab evaluate gait -o DIR
 
 What a run's rows say of the walks of people nobody was trained on, in metres by their stature, beside the contacts of
-the motion capture (models/lab/mocap/contact.py) and the same figures by them. Every take is run with the focal length
+the motion capture (`true_contact`) and the same figures by them. Every take is run with the focal length
 told, and for lengths and speed once more with the usual one assumed.
 
 Errors are p50 / mean / p95 of their size: events over events, figures over takes (of the means that a run states,
@@ -18,12 +18,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.figures import FIGURES
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import Measures
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
+from ....pipeline.signals.filters import derivative, runs
 from ...angle_error.take_angles import smoothed
+from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gait.errors import OF_LENGTH, OF_SIDES
 from ...gait.gait import (
@@ -40,12 +43,8 @@ from ...gait.gait import (
 )
 from ...gait.gait import walks as walks_of
 from ...gait.parameters import length_values
-from ..common.cases import Cases, Row
-from ..common.metrics import Figure, mean
-from ..mocap.contact import true_contact
-from .judge import summed
-from .runs import Configuration, Finished, finished
-from .testbed import SeenTake
+from ..beds import Configuration, Finished, SeenTake, finished
+from ..cases import Cases, Figure, Row, mean, summed
 
 SIDES_APART = ", right less left"  # behind the name of a figure
 PATHS = {"focal known": True, "focal assumed": False}
@@ -211,3 +210,57 @@ def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[
             steps.append([])
         steps[-1].append(Step(true[i + 1][1], true[i][0], true[i + 1][0]))
     return steps
+
+
+_RESTS_MPS = 0.5
+_LOW_M = 0.06  # above the foot's own floor level
+_FLOOR_SHARE = 5.0  # percentile of the ankle's height that is its floor level
+_AHEAD, _BELOW = 0.08, 0.03  # statures: the forefoot's joints ahead of the ankle and below it
+_SETTLES_M = 0.035
+_ON_ARC_M = 0.025
+
+
+def true_contact(joints: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    """{"r", "l": (N, 2) initial contact and toe-off in seconds}, in order; NaN where the take begins or ends so.
+
+    joints: (T, 17, 3) metres, H36M17, a still world with +Z up and one level floor; time_s (T,).
+    """
+    joints = joints.astype(np.float64)
+    ahead = -R_world_from_body(joints)[..., 0]
+    stature = implied_stature(joints)
+    return {side: _spells(joints[:, H36M17.index(f"{side}_ankle")], ahead, stature, time_s) for side in "rl"}
+
+
+def _spells(ankle: np.ndarray, ahead: np.ndarray, stature: float, time_s: np.ndarray) -> np.ndarray:
+    speed = np.linalg.norm(derivative(ankle, time_s), axis=-1)
+    floor = np.percentile(ankle[:, 2], _FLOOR_SHARE)
+    found: list[list[float]] = []
+    for rest in runs((speed < _RESTS_MPS) & (ankle[:, 2] < floor + _LOW_M), time_s):
+        flat = rest.start + int(np.argmin(speed[rest]))
+        off = _off(ankle, flat, ahead[flat], stature)
+        start = _leaves(off[: flat + 1][::-1], time_s[: flat + 1][::-1])
+        stop = _leaves(off[flat:], time_s[flat:])
+        if found and not start > found[-1][1]:  # another rest of the same contact
+            found[-1][1] = stop if np.isnan(stop) or stop > found[-1][1] else found[-1][1]
+        else:
+            found.append([start, stop])
+    return np.array(found, dtype=np.float64).reshape(-1, 2)
+
+
+def _off(ankle: np.ndarray, flat: int, ahead: np.ndarray, stature: float) -> np.ndarray:
+    """(T,) by how much an ankle (T, 3) is beyond what a foot that rests in row `flat` allows: 0 and less is contact,
+    in shares of what is allowed."""
+    place = ankle[flat]
+    forefoot = place + stature * (_AHEAD * ahead - (0.0, 0.0, _BELOW))
+    moved = np.linalg.norm(ankle - place, axis=-1) / _SETTLES_M - 1
+    arc = np.abs(np.linalg.norm(ankle - forefoot, axis=-1) - np.linalg.norm(place - forefoot)) / _ON_ARC_M - 1
+    return np.minimum(moved, arc)
+
+
+def _leaves(off: np.ndarray, time_s: np.ndarray) -> float:
+    """The moment at which `off` becomes positive for the first time, between rows; NaN if it does not."""
+    beyond = np.flatnonzero(off > 0)
+    if not len(beyond):
+        return float("nan")
+    row = int(beyond[0])
+    return float(np.interp(0.0, off[row - 1 : row + 1], time_s[row - 1 : row + 1]))

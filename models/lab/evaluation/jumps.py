@@ -24,11 +24,9 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ...place.flights import GRAVITY, Flight, flown
-from ..common.cases import Cases, Row, column
-from ..mocap.clips import Clip
-from .judge import summed
-from .runs import Configuration, EvaluationSet, Finished, finished
-from .testbed import SeenTake
+from ..beds import Configuration, EvaluationSet, Finished, SeenTake, finished
+from ..cases import Cases, Row, column, summed
+from ..clips import Clip
 
 _RULE_FPS = 30.0  # that the rule for captured flights is made for
 _TOES = 0.055  # statures; standing on the toes lifts an ankle by 0.05

@@ -19,11 +19,9 @@ from ....pipeline.core.rotations import angle_deg
 from ...common.canonical import R_world_from_body
 from ...common.metrics import joint_error
 from ...lifter.features import body_rays
-from ..common.cases import Cases, Row, column, figures
-from ..common.metrics import procrustes_error, scaled
-from ..mocap.clips import subject_of
-from .runs import Configuration, lifted
-from .testbed import BEDS, LiftedTake, SeenTake
+from ..beds import BEDS, Configuration, LiftedTake, SeenTake, lifted
+from ..cases import Cases, Row, column, figures, procrustes_error, scaled
+from ..clips import subject_of
 
 _HALF_S = 0.25
 _WALK, _RUN = 0.5, 2.0  # m/s of the pelvis; people change from walking to running at about 2

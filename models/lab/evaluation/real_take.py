@@ -20,11 +20,9 @@ import numpy as np
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import angle_deg, kabsch, rotate
 from ...common.metrics import joint_error, relative
-from ..common.cases import Row
-from ..common.metrics import mean, scaled
-from .runs import Configuration, Finished, finished
-from .statements import of_frames, together
-from .testbed import BALANCING, STANDING
+from ..beds import BALANCING, STANDING, Configuration, Finished, finished
+from ..cases import Row, mean, scaled
+from .errors import of_frames, together
 
 _TAKES = {"balancing": BALANCING, "standing": STANDING}
 _IMAGE = {"skeletons alone": False, "with its image": True}

@@ -19,11 +19,10 @@ import numpy as np
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import joint_error
-from ..common.cases import Cases, Row, column, figures
-from ..common.metrics import procrustes_error, scaled, sorting
-from ..mocap.clips import Clip, lying, subject_of
-from ..synthetic.views import Targets, View, seen, views
-from .runs import Configuration, EvaluationSet, lifted
+from ..beds import Configuration, EvaluationSet, lifted
+from ..cases import Cases, Row, column, figures, procrustes_error, scaled, sorting
+from ..clips import Clip, lying, subject_of
+from ..synthetic import Targets, View, seen, views
 
 
 @dataclass(frozen=True, eq=False)

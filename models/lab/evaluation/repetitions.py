@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ..common.cases import Row
-from .runs import Configuration, EvaluationSet, finished
+from ..beds import Configuration, EvaluationSet, finished
+from ..cases import Row
 
 LABELS = Path(__file__).with_name("movements.json")
 _NEAR_S = 0.15

@@ -30,11 +30,9 @@ from ...common.metrics import joint_error
 from ...common.residuals import stated_spread
 from ...gravity.levelling import Levelled, level_static, why_not
 from ...gravity.votes import PersonFrames
-from ..common.cases import Cases, Row, figures
-from ..common.metrics import Figure, mean
-from ..mocap.clips import subject_of
-from .runs import Configuration, lifted
-from .testbed import SeenTake, accelerations, joints_of, lifted_by, simulated_look
+from ..beds import Configuration, SeenTake, accelerations, joints_of, lifted, lifted_by, simulated_look
+from ..cases import Cases, Figure, Row, figures, mean
+from ..clips import subject_of
 
 # (T, 17, 3) joints, CAMERA axes relative to the pelvis, any unit; and their spread, as of PersonFrames.
 Lift = tuple[np.ndarray, np.ndarray | None]
@@ -140,7 +138,7 @@ def summary(values: list[Any]) -> dict[str, Any]:
 
 
 def group_of(seen: SeenTake) -> str:
-    """Upright in every frame (mocap.clips.lying), of 2 s and more or shorter; lying, or bent far down, in half of its
+    """Upright in every frame (clips.lying), of 2 s and more or shorter; lying, or bent far down, in half of its
     frames or more; or in fewer."""
     lies = seen.lying.mean()
     if lies > 0:

@@ -27,15 +27,28 @@ from ....pipeline.core.layouts import H36M17
 from ...common.metrics import joint_error
 from ...common.vectors import rotate, transpose, unit
 from ...lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
-from ..common.config import Share
-from ..common.metrics import by_person, scaled
-from ..evaluation.testbed import MIN_FRAMES, see
-from ..mocap.clips import FPS, Clip, lying, read_clips
-from ..synthetic.bodies import CHILDREN, PARENTS, STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
-from ..synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
-from ..synthetic.draw import Draw
-from ..synthetic.keypoint_noise import Spoilt, detect
-from ..synthetic.poses import MotionRange, varied
+from ..beds import MIN_FRAMES, see
+from ..cases import by_person, scaled
+from ..clips import FPS, Clip, lying, read_clips
+from ..config import Share
+from ..synthetic import (
+    CHILDREN,
+    PARENTS,
+    STANDARD_SIZE_M,
+    TYPICAL,
+    WILD,
+    BodyRange,
+    Draw,
+    MotionRange,
+    Spoilt,
+    ViewRange,
+    detect,
+    place_among,
+    proportions,
+    redefined,
+    size_m,
+    varied,
+)
 from .loop import Device, Training, device_of, fingerprint, fit, write_onnx
 
 _PELVIS = H36M17.index("pelvis")
@@ -212,7 +225,7 @@ class Material(BodyRange, MotionRange, Spoilt):
     """What windows are made of, besides the fields of these; shares are of the windows."""
 
     typical: Share = 0.0  # before cameras as people use them, the others before any
-    placed: Share = 0.0  # with the person where people are in real videos, and as large (synthetic.places)
+    placed: Share = 0.0  # with the person where people are in real videos, and as large (synthetic.PLACES)
     pans: Share = 0.0  # the camera slowly follows the person
     other_rates: Share = 0.3  # of batches: at another frame rate than 30, between 20 and 60
     focal_known: Share = 0.3  # the focal length is told exactly

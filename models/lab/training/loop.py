@@ -28,8 +28,8 @@ from torch import Tensor, nn
 from ....pipeline.core.errors import InputError, needed_for, readable
 from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.running.progress import counted
-from ..common.config import Size
-from ..mocap.clips import Clip
+from ..clips import Clip
+from ..config import Size
 
 Device = Literal["auto", "cpu", "cuda"]
 CHECKPOINT = "checkpoint.pt"

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -31,14 +31,24 @@ from torch.nn import functional
 from ....pipeline.core.anthropometry import SEGMENTS
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.rotations import geodesic_deg
+from ....pipeline.core.rotations import geodesic_deg, is_finite
 from ...common.vectors import rotate
-from ..common.config import Share, Size
-from ..mocap.clips import Clip, lying, read_clips, subject_of
-from ..synthetic.bodies import BodyRange, mirror, proportions, redefined
-from ..synthetic.draw import Draw
-from ..synthetic.poses import MotionRange, from_vector, varied
-from ..synthetic.views import Lifted, Targets, View, read_lifted, seen, views
+from ..clips import Clip, lying, read_clips, read_rows, subject_of
+from ..config import Share, Size
+from ..synthetic import (
+    BodyRange,
+    Draw,
+    MotionRange,
+    Targets,
+    View,
+    from_vector,
+    mirror,
+    proportions,
+    redefined,
+    seen,
+    varied,
+    views,
+)
 from .loop import Device, Training, device_of, fingerprint, fit, write_onnx
 
 JOINTS = len(H36M17)
@@ -292,6 +302,37 @@ def skeleton_adjacency() -> Tensor:
 
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken
+
+
+class Lifted(NamedTuple):
+    """Lifted frames: joints and truth (N, 17, 3), CAMERA axes relative to the pelvis, the truth at the lift's scale;
+    R (N, 3, 3) R_camera_from_body; lying (N,), of clips.lying; clips, the takes' names."""
+
+    joints: np.ndarray
+    truth: np.ndarray
+    R: np.ndarray
+    lying: np.ndarray
+    clips: tuple[str, ...]
+
+
+def read_lifted(paths: Iterable[Path]) -> Lifted:
+    """The frames of `pcnet3d lab testbed` files that were lifted and have a truth. InputError for anything else."""
+    parts, clips = [], []
+    floats = {
+        "lifted": (("frames", 17, 3), "f"),
+        "truth": (("frames", 17, 3), "f"),
+        "R_camera_from_body": (("frames", 3, 3), "f"),
+    }
+    others = {"lying": (("frames",), "fiub"), "clip": (("clips",), "U")}
+    for path in paths:
+        held = read_rows(path, "takes as `pcnet3d lab testbed` writes them", "take_start", **floats, **others)
+        lifted, truth, R = (held[name].astype(np.float32) for name in floats)
+        scale = (lifted * truth).sum((-2, -1)) / np.maximum((truth * truth).sum((-2, -1)), 1e-9)
+        fine = is_finite(lifted).all(-1) & is_finite(R).all(-1)
+        frames = lifted, truth * scale[:, None, None], R, held["lying"].astype(bool)
+        parts.append([array[fine] for array in frames])
+        clips += map(str, held["clip"])
+    return Lifted(*map(np.concatenate, zip(*parts, strict=True)), clips=tuple(clips))
 
 
 @dataclass(frozen=True)

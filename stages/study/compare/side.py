@@ -259,7 +259,7 @@ def _one_clip(path: Path, fps: float | None) -> Markers:
     if "clip_start" in keys(path):
         raise InputError(
             "wrong-content",
-            "it holds several clips, as pcnet3d lab mocap writes them; save one as joints, joint_names and fps.",
+            "it holds several clips, as pcnet3d lab data writes them; save one as joints, joint_names and fps.",
         )
     return read_joints(path, fps)
 

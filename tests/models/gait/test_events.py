@@ -20,7 +20,7 @@ from pcnet3d.models.gait.gait import (
     strides,
     walks,
 )
-from pcnet3d.models.lab.mocap.contact import true_contact
+from pcnet3d.models.lab.evaluation.gait import true_contact
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 

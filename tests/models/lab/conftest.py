@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.evaluation import evaluate
-from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import rotate
 
 SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd", "tennis": "tennis-lvargas"}

@@ -10,7 +10,7 @@ import torch
 
 from golden.trainings import tiny
 from pcnet3d.models.lab import mmfi as module
-from pcnet3d.models.lab.common.metrics import procrustes_error
+from pcnet3d.models.lab.cases import procrustes_error
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes
 from pcnet3d.models.lab.mmfi import PROTOCOLS, read_tree
 from pcnet3d.models.lab.training import rectifier

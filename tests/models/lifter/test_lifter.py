@@ -13,7 +13,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import rectifier
 from pcnet3d.models.common.metrics import joint_error
-from pcnet3d.models.lab.common.metrics import scaled
+from pcnet3d.models.lab.cases import scaled
 from pcnet3d.models.lifter.builtin import reach, run
 from pcnet3d.models.lifter.features import HALF_WINDOW, features, ray_rotation
 from pcnet3d.models.lifter.keypoints import clock_of

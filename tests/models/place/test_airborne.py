@@ -12,7 +12,7 @@ from golden.jumps import jumping as falling
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
-from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, finished
+from pcnet3d.models.lab.beds import Configuration, EvaluationSet, finished
 from pcnet3d.models.place.flights import LIFTED, BodyPath, airborne, flown, lifted_rise
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Background, Camera

@@ -17,10 +17,11 @@ from pcnet3d.pipeline.reading.settings import reading_options
 from refusals import refused as input_refused
 
 ROWS = [(kind, name) for kind, names in removed().items() for name in names]
-LAB = ("evaluate", "mmfi", "mocap", "testbed", "train")  # commands whose flags are named without "lab"
+LAB = ("evaluate", "mmfi", "testbed", "train")  # commands whose flags are named without "lab"
 RUN = ("run", "--poses", "X3D.npy", "-o", "out")
 LINES = {
     "commands": lambda name: (name, "x"),
+    "lab": lambda name: ("lab", name, "x"),
     "flags": lambda name: (*["lab"][: name.startswith(LAB)], *name.split(), "-o", "out"),
     "settings": lambda name: (*RUN, "--set", name if "=" in name else f"{name}=1"),
     "adapters": lambda name: (*RUN, "--adapter", name),

@@ -121,7 +121,7 @@ def test_results_of_a_run_are_told_from_files_of_others(tmp_path, name, gives):
 
 
 def test_a_file_of_many_takes_is_not_read_as_one(tmp_path):
-    """That of `lab mocap` was read as one person of AMASS, who leaps where a take ends."""
+    """That of `lab data` was read as one person of AMASS, who leaps where a take ends."""
     np.savez(tmp_path / "takes.npz", joints=np.zeros((5, 17, 3), np.float32), clip_start=[0, 2, 5], fps=30.0)
     with refused("format-unknown", "'clip_start'"):
         find_adapter(tmp_path / "takes.npz")

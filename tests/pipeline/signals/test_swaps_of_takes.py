@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, see
-from pcnet3d.models.lab.mocap.clips import read_clips
-from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
+from pcnet3d.models.lab.beds import BEDS, MIN_FRAMES, see
+from pcnet3d.models.lab.clips import read_clips
+from pcnet3d.models.lab.synthetic import Noise
 from pcnet3d.pipeline import PoseSequence
 from pcnet3d.pipeline.core.anthropometry import trunk_length
 from pcnet3d.pipeline.signals.filters import stretches

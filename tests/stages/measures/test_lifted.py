@@ -6,9 +6,9 @@ import pytest
 from golden.lifts import lift
 from golden.virtual import lifted, walked
 from golden.walks import JUDGED, measured
-from pcnet3d.models.lab.evaluation.testbed import see
-from pcnet3d.models.lab.mocap.clips import read_clips
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL
+from pcnet3d.models.lab.beds import see
+from pcnet3d.models.lab.clips import read_clips
+from pcnet3d.models.lab.synthetic import TYPICAL
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.stages.angles import Angles

@@ -4,8 +4,7 @@ import pytest
 
 from golden.virtual import walked
 from golden.walks import GEOMETRIC, measured
-from pcnet3d.models.lab.evaluation.runs import Finished
-from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.models.lab.beds import Finished, see
 from pcnet3d.pipeline import CAMERA
 from pcnet3d.pipeline.core.pose import MadeBy
 

@@ -5,9 +5,9 @@ import csv
 import numpy as np
 import pytest
 
+from pcnet3d.models.lab import beds as runs
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.evaluation import evaluate as reports
-from pcnet3d.models.lab.evaluation import runs
-from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import InputError
 from refusals import refused
 

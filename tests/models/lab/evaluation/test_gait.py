@@ -3,10 +3,10 @@
 import pytest
 
 from pcnet3d.models.gait.gait import Stance
+from pcnet3d.models.lab.beds import Configuration
 from pcnet3d.models.lab.evaluation import gait as module
 from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.models.lab.evaluation.gait import SIDES_APART, matched, true_walks
-from pcnet3d.models.lab.evaluation.runs import Configuration
 from pcnet3d.pipeline.core.measures import read_measures
 
 

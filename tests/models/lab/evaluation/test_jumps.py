@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from golden import jumps as golden
-from pcnet3d.models.lab.common.cases import grouped, joined
+from pcnet3d.models.lab.beds import Finished, see
+from pcnet3d.models.lab.cases import grouped, joined
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.evaluation.jumps import captured_flights, compared, true_flights
-from pcnet3d.models.lab.evaluation.runs import Finished
-from pcnet3d.models.lab.evaluation.testbed import see
-from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import Take
 from pcnet3d.pipeline.core.measures import read_measures
 

@@ -5,8 +5,8 @@ import pytest
 
 from golden.virtual import exact, walked
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lab.beds import LiftedTake
 from pcnet3d.models.lab.evaluation.lifter import groups_of, lift_errors, motion_classes, summary
-from pcnet3d.models.lab.evaluation.testbed import LiftedTake
 from pcnet3d.models.lifter.features import body_rays
 from pcnet3d.pipeline import H36M17
 

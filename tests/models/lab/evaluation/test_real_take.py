@@ -8,11 +8,11 @@ import pytest
 
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
-from pcnet3d.models.lab.evaluation import runs, testbed
+from pcnet3d.models.lab import beds as runs
+from pcnet3d.models.lab import beds as testbed
+from pcnet3d.models.lab.beds import BALANCING, STANDING, Configuration, finished
+from pcnet3d.models.lab.evaluation.errors import statements
 from pcnet3d.models.lab.evaluation.real_take import row
-from pcnet3d.models.lab.evaluation.runs import Configuration, finished
-from pcnet3d.models.lab.evaluation.statements import statements
-from pcnet3d.models.lab.evaluation.testbed import BALANCING, STANDING
 from pcnet3d.pipeline import H36M17, PoseSequence, rotate
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17, LIMBS

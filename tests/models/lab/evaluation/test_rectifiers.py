@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.lab import beds as evaluation_sets
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.evaluation import rectifiers as module
-from pcnet3d.models.lab.evaluation import runs as evaluation_sets
 from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, summary
-from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
 
 

@@ -5,8 +5,8 @@ from collections import Counter
 
 import pytest
 
+from pcnet3d.models.lab.beds import Configuration, EvaluationSet, finished
 from pcnet3d.models.lab.evaluation.repetitions import LABELS, judge
-from pcnet3d.models.lab.evaluation.runs import Configuration, EvaluationSet, finished
 
 TAKES = ("14_04", "14_05", "118_03", "118_06", "118_10", "118_30")  # raises of an arm, knee bends
 

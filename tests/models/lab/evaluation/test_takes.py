@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.virtual import exact
+from pcnet3d.models.lab.beds import simulated_look
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.evaluation.takes import added, answers, judge, summary, with_heading
-from pcnet3d.models.lab.evaluation.testbed import simulated_look
-from pcnet3d.models.lab.mocap.clips import Clip
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.rotations import transpose
 

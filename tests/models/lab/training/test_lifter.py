@@ -10,10 +10,8 @@ import pytest
 import torch
 
 from golden.trainings import LIFTER, three_people, tiny
-from pcnet3d.models.lab.mocap.clips import lying
-from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
-from pcnet3d.models.lab.synthetic.draw import Draw
-from pcnet3d.models.lab.synthetic.keypoint_noise import Noise
+from pcnet3d.models.lab.clips import lying
+from pcnet3d.models.lab.synthetic import STANDARD_SIZE_M, Draw, Noise, size_m
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import lifter as module
 from pcnet3d.models.lab.training.lifter import Batch, LifterNet, Material, Windows

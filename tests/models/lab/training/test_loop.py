@@ -10,7 +10,7 @@ import torch
 
 from golden.checkpoints import read_checkpoint, same
 from golden.pickles import Trap
-from pcnet3d.models.lab.mocap.clips import Clip
+from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.training import loop as module
 from pcnet3d.pipeline import InputError
 from refusals import refused

@@ -16,13 +16,11 @@ from golden.takes import write_lifted
 from golden.trainings import tiny
 from pcnet3d.models.common import vectors
 from pcnet3d.models.common.canonical import body_axes
-from pcnet3d.models.lab.mocap.clips import Clip, trunk_lean_deg
-from pcnet3d.models.lab.synthetic.draw import Draw
-from pcnet3d.models.lab.synthetic.poses import PoseRange
-from pcnet3d.models.lab.synthetic.views import read_lifted
+from pcnet3d.models.lab.clips import Clip, trunk_lean_deg
+from pcnet3d.models.lab.synthetic import Draw, PoseRange
 from pcnet3d.models.lab.train import train
 from pcnet3d.models.lab.training import rectifier as module
-from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet
+from pcnet3d.models.lab.training.rectifier import NetConfig, PCNet, read_lifted
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, transpose
 from pcnet3d.pipeline.running.recipe import load_toml

@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
-from ....pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError
 
 Config = TypeVar("Config", bound=BaseModel)
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -1,22 +1,95 @@
-"""Virtual visits: where the second camera stands, and fits of known answers."""
+"""Refitting in steps, each with its own file; how joints err together; virtual visits, and fits of known answers."""
 
 import json
+import shutil
+from functools import partial
+from inspect import signature
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 
-from golden.virtual import walked
+from golden.virtual import exact, walked
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import JOINTS
 from pcnet3d.models.angle_error.repeatability import shipped
-from pcnet3d.models.lab.common.cases import Cases
-from pcnet3d.models.lab.evaluation.runs import Configuration
-from pcnet3d.models.lab.fits import visits as module
-from pcnet3d.models.lab.fits.visits import elsewhere, factors, fit, learn, set_up_again, visits
-from pcnet3d.models.lab.synthetic.cameras import WILD, place
-from pcnet3d.models.lab.synthetic.draw import NumpyDraw
+from pcnet3d.models.lab import refit as module
+from pcnet3d.models.lab.beds import Configuration, LiftedTake
+from pcnet3d.models.lab.cases import Cases
+from pcnet3d.models.lab.evaluation import errors as report
+from pcnet3d.models.lab.refit import (
+    Step,
+    elsewhere,
+    factors,
+    fitted_differences,
+    learn_differences,
+    set_up_again,
+    steps,
+    take_steps,
+    visits,
+)
+from pcnet3d.models.lab.synthetic import WILD, NumpyDraw, place
+from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.signals.angles import OF_BOTH
+from refusals import refused
+
+
+def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_ones_put_in_their_place(
+    tmp_path,
+):
+    def copies(source: Path, name: str, place: Path | None = None) -> Step:
+        return Step(name, partial(shutil.copyfile, source), place)
+
+    shipped, missing, source = (tmp_path / f"{name}.json" for name in ("shipped", "missing", "source"))
+    source.write_text("1")
+    out = tmp_path / "out"
+    order = [copies(source, "1.json", shipped), copies(shipped, "sub/2.json"), copies(missing, "3.json")]
+    with pytest.raises(FileNotFoundError):
+        take_steps(out, order)
+    assert shipped.read_text() == (out / "sub" / "2.json").read_text() == "1"
+    source.write_text("2")
+    missing.write_text("3")
+    take_steps(out, order)
+    assert (out / "1.json").read_text() == "1"  # not taken again
+    assert (out / "3.json").read_text() == "3"
+    (out / "networks.json").write_text('{"lifter": "another"}')
+    with refused("files-apart"):
+        take_steps(out, [])
+
+
+def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
+    order = steps()
+    names = [step.made for step in order]
+    for step in order:
+        signature(step.do).bind(tmp_path / step.made)  # all that it is given
+    assert len(set(names)) == len(names)
+    placed = {step.place for step in order if step.place}
+    assert placed == {*(Path(module.__file__).parents[1] / "angle_error").glob("*.json")}
+    assert names == ["modes.json", "angles/joint_noise.json", "repeatability.json", "judged/evaluation.json"]
+
+
+@pytest.mark.data
+def test_errors_are_never_fitted_to_the_real_take():
+    configurations = report.configurations(Configuration())
+    assert set(report.FITTED) < set(configurations)
+    assert not any(configurations[name].real for name in report.FITTED)
+
+
+def test_the_errors_name_the_lifter_that_is_in_place(monkeypatch):
+    """They kept the name of the lifter before, and every later step of a refit took the new one for a stranger."""
+    take = exact(walked(seconds=4))
+    rng = np.random.default_rng(0)
+    joints = take.lifted.joints + rng.normal(0, 0.02, take.lifted.joints.shape)
+    covariance = np.tile(rng.uniform(0.01, 0.03, (len(joints), 1, 1, 1)) ** 2 * np.eye(3), (1, 17, 1, 1))
+    lifted = LiftedTake(take.lifted.with_(joints=joints, covariance=covariance), take.seen)
+    monkeypatch.setattr(module, "load_lifter", lambda: SimpleNamespace(method="pcnet3d@another"))
+    noise = module.fitted_noise([lifted], [lifted], load_rectifier("geometric"))
+    assert noise.lifter == "pcnet3d@another"
+    assert noise.modes.shape[1:] == (len(JOINTS), 3)
+    assert np.isfinite(noise.powers).all()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -51,9 +124,9 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert np.median(within) < 10  # where two raises of the arm truly differ by 48
     knees = [kind for (kind, figure), _ in cases if figure == "range_of_motion.knee_flexion"]
     assert (knees.count("again"), knees.count("elsewhere")) == (4, 2)  # right and left
-    monkeypatch.setattr(module, "clips", lambda: [clip])
+    monkeypatch.setattr(module, "filmed", lambda: [clip])
     monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
-    learn(tmp_path / "fitted.json")
+    learn_differences(tmp_path / "fitted.json")
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
 
 
@@ -83,7 +156,7 @@ def test_factors_are_how_much_smaller_differences_are_and_few_people_have_that_o
 
 def test_ranges_have_the_parts_in_place_times_the_factor_that_makes_them_hold():
     pairs, figure = stated(3.0, "abcdefgh", 200), "range_of_motion.knee_flexion"
-    content = fit({("range", "knee_flexion"): pairs, ("again", figure): pairs})
+    content = fitted_differences({("range", "knee_flexion"): pairs, ("again", figure): pairs})
     (ends, found), (was_ends, was_found) = (of["ranges"]["knee_flexion"] for of in (content, shipped()))
     assert ends / was_ends == pytest.approx(found / was_found, rel=0.05)
     assert 3.0 < ends / was_ends < 3.4  # a little more than the 3 that errors are too large by: of strangers

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.common.metrics import joint_error, relative
-from pcnet3d.models.lab.common.metrics import procrustes_error, scaled, sorting
+from pcnet3d.models.lab.cases import procrustes_error, scaled, sorting
 from pcnet3d.pipeline import rotate
 
 

@@ -1,7 +1,9 @@
-"""Cases of takes: what every report measures and every fit is fitted to, and how people count in figures of them.
+"""Cases of takes: what every report measures and every fit is fitted to, how people count in figures of them, and a few
+figures of many values.
 
 Frames of one take err together, and so do takes of one person. So an interval is of people drawn anew; and where
-`weights` count, every person has the same, and every take of a person the same within it, however long it is.
+`weights` count, every person has the same, and every take of a person the same within it, however long it is. Errors of
+skeletons are of joints (..., T, 17, 3) relative to the pelvis, in the same axes, scaled or turned onto the truth first.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .metrics import Figure, mean
+from ...pipeline.core.rotations import kabsch, rotate
+from ..common.metrics import joint_error
 
 _DRAWS = 10_000
 _SEED = 0  # of the bootstrap
@@ -122,3 +125,78 @@ def interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
     drawn = np.random.default_rng(_SEED).integers(len(sums), size=(_DRAWS, len(sums)))
     low, high = np.quantile(sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1), (0.05, 0.95))
     return float(low), float(high)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Percentiles and mean over frames, or over takes (of each take's mean)."""
+
+    p50: float
+    mean: float
+    p95: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Figure:
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
+
+
+def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
+    """predicted (..., T, 17, 3) times the one factor that brings it closest to truth, `scale_of`."""
+    return predicted * scale_of(predicted, truth, per)
+
+
+def scale_of(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
+    """(..., T, 1, 1) that factor per "frame", or (..., 1, 1, 1) per "take" (T frames)."""
+    axes = (-2, -1) if per == "frame" else (-3, -2, -1)
+    valid = np.isfinite(predicted)
+    dot = np.sum(predicted * truth, axis=axes, where=valid, keepdims=True)
+    square = np.sum(predicted**2, axis=axes, where=valid, keepdims=True)
+    return dot / np.where(square > 0, square, np.nan)
+
+
+def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) the same with the best scale of every frame too (PA-MPJPE)."""
+    a = truth - truth.mean(axis=-2, keepdims=True)
+    b = predicted - predicted.mean(axis=-2, keepdims=True)
+    return joint_error(scaled(rotate(kabsch(a, b), b), a), a)
+
+
+def sorting(expected: np.ndarray, true: np.ndarray) -> float:
+    """Spearman's rank correlation of expected and true errors (N,), where both are known; NaN where all are alike."""
+    from scipy.stats import spearmanr
+
+    both = np.isfinite(expected) & np.isfinite(true)
+    if not both.any() or np.ptp(expected[both]) == 0:
+        return float("nan")
+    return float(spearmanr(expected[both], true[both])[0])  # type: ignore[arg-type]
+
+
+def mean(values: np.ndarray) -> float:
+    """Of values (N,), missing ones left out; NaN without any."""
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def by_person(takes: Iterable[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """{person: (F,)} the mean over each person's takes, given as (person, (F,))."""
+    of: dict[str, list[np.ndarray]] = {}
+    for person, values in takes:
+        of.setdefault(person, []).append(values)
+    return {person: np.array([mean(column) for column in np.stack(rows).T]) for person, rows in of.items()}
+
+
+def summed(takes: Sequence[Cases]) -> dict[str, Any]:
+    """What a report says of one figure of many takes: {"count", "true": median, "bias": median of found less true,
+    "error": Figure of its size, "inside": share of those with a bar}."""
+    error, half = column(takes, "error"), column(takes, "half")
+    stated = np.isfinite(half)
+    return {
+        "count": len(error),
+        "true": float(np.median(column(takes, "true"))),
+        "bias": float(np.median(error)),
+        "error": Figure.of(np.abs(error)),
+        "inside": float((np.abs(error) <= half)[stated].mean()) if stated.any() else np.nan,
+    }

@@ -1,4 +1,5 @@
-"""What a finished take states, beside a truth that knows it: a take built from the truth with errors that are known."""
+"""What a finished take states, beside a truth that knows it (a take built from the truth with errors that are known),
+and the one procedure by which stated errors are judged and fitted."""
 
 from dataclasses import replace
 
@@ -8,17 +9,18 @@ from scipy.spatial.transform import Rotation
 
 from golden.virtual import walked
 from pcnet3d.models.angle_error.posture import POSTURES
-from pcnet3d.models.lab.common.cases import Cases, grouped
-from pcnet3d.models.lab.evaluation import errors as report
-from pcnet3d.models.lab.evaluation import judge
-from pcnet3d.models.lab.evaluation import runs as sets
-from pcnet3d.models.lab.evaluation.evaluate import measured
-from pcnet3d.models.lab.evaluation.runs import Configuration, finished
-from pcnet3d.models.lab.evaluation.statements import (
+from pcnet3d.models.lab import beds
+from pcnet3d.models.lab.beds import Configuration, finished
+from pcnet3d.models.lab.cases import Cases, grouped, summed
+from pcnet3d.models.lab.evaluation import errors as module
+from pcnet3d.models.lab.evaluation.errors import (
     angles,
+    fitted,
+    held_out,
     joints,
     motions,
     of_figures,
+    of_strangers,
     paths,
     place,
     rotation,
@@ -27,6 +29,7 @@ from pcnet3d.models.lab.evaluation.statements import (
     together,
     up,
 )
+from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import SD_90, Measure, Measures, Moments
 from pcnet3d.pipeline.core.path import RootPath
@@ -41,7 +44,7 @@ def exact():
     """The captured joints after a run that was told up, as if a lifter had made them."""
     clip = walked(seconds=4)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sets, "read_clips", lambda subjects: (clip,))
+        patch.setattr(beds, "read_clips", lambda subjects: (clip,))
         one = next(
             finished(Configuration(people="test", lifter="", up_told=True, focal_known=True, bed="typical"))
         )
@@ -54,7 +57,7 @@ def with_(one, **changes):
 
 
 def share(stated: Cases, factor: float = 1.0) -> float:
-    return judge.inside([stated.having(half=factor * stated["half"])])["inside"]
+    return module.inside([stated.having(half=factor * stated["half"])])["inside"]
 
 
 def just_inside(stated: Cases) -> bool:
@@ -71,7 +74,7 @@ def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(e
     assert {"knee_flexion", "trunk_lean_frontal"} <= set(found)
     for name, one in found.items():
         assert just_inside(one), name
-        assert judge.factor([one]) == pytest.approx(30 / 33, rel=0.05)
+        assert module.factor([one]) == pytest.approx(30 / 33, rel=0.05)
         assert 0.8 * frames <= len(one) <= 2 * frames
 
 
@@ -84,8 +87,8 @@ def test_bars_are_judged_posture_by_posture_people_who_lie_count_and_an_instant_
         for person, frames, half in takes:
             posture = np.concatenate([np.full(count, POSTURES.index(name)) for name, count in frames.items()])
             values = {"error": np.full(len(posture), 30.0), "half": np.full(len(posture), half)}
-            pairs += report.by_posture(Cases(person, values | {"posture": posture, "speed": 0.0 * posture}))
-        return {name: report.summary(of) for name, of in grouped(pairs).items()}
+            pairs += module.by_posture(Cases(person, values | {"posture": posture, "speed": 0.0 * posture}))
+        return {name: module.summary(of) for name, of in grouped(pairs).items()}
 
     found = shares(("a", {"upright": 100}, 33.0), ("a", {"lying": 100}, 15.0))
     assert [found[name]["inside"] for name in ("upright", "lying", "all")] == [1, 0, 0.5]
@@ -161,7 +164,7 @@ def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact):
 
     assert share(one(1.0)) == pytest.approx(0.9, abs=0.02)
     assert share(one(0.5)) < 0.5
-    assert judge.factor([one(0.5)]) == pytest.approx(2.0, rel=0.05)
+    assert module.factor([one(0.5)]) == pytest.approx(2.0, rel=0.05)
     assert list(joints(exact)) == []
 
 
@@ -220,7 +223,7 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
     exact, monkeypatch, tmp_path
 ):
     """Of one take of one person, in whichever configuration."""
-    monkeypatch.setattr(report, "finished", lambda configuration: iter([exact]))
+    monkeypatch.setattr(module, "finished", lambda configuration: iter([exact]))
     names = ["bodies alone", "real take"]
     of = measured("errors", Configuration(people="test", part=names), tmp_path)["statements"]
     assert all([*statement] == names for statement in of.values())
@@ -237,7 +240,7 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
 def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before_the_work(
     monkeypatch, tmp_path, part, fit, code
 ):
-    monkeypatch.setattr(report, "finished", lambda *_: pytest.fail("it works"))
+    monkeypatch.setattr(module, "finished", lambda *_: pytest.fail("it works"))
     with refused(code):
         measured("errors", Configuration(part=[part], fit=fit), tmp_path / "out")
     assert not (tmp_path / "out").exists()
@@ -276,3 +279,63 @@ def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_ma
     assert ("mean rise, deg", -10.0) in off((1.0, 90.0), (2.0, 80.0), (3.0, 100.0))
     assert off((2.1, 85.0)) == [("peak, deg", 5.0)]
     assert off() == []
+
+
+def stated(person: str, error: np.ndarray, **known: np.ndarray) -> Cases:
+    return Cases(person, {"error": error, "half": np.ones(error.shape), **known})
+
+
+def test_every_person_counts_the_same_and_every_take_of_a_person():
+    long, short = stated("a", np.zeros(1000)), stated("b", np.full(10, 2.0))
+    assert module.inside([long, short])["inside"] == pytest.approx(0.5)
+    both = [stated("a", np.zeros(1000)), stated("a", np.full(3, 2.0)), short]
+    assert module.inside(both)["inside"] == pytest.approx(0.25)
+    assert module.inside(both)["cases"] == 1013
+    rng = np.random.default_rng(0)
+    takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
+    by = module.factor(takes)
+    wider = [take.having(half=by * take["half"]) for take in takes]
+    assert module.inside(wider)["inside"] == pytest.approx(0.9, abs=0.01)
+    assert by > 3.0  # b's errors count as much as a's, who was filmed longer
+
+
+def test_cases_of_many_takes_are_added_up_and_one_without_a_bar_is_not_outside_of_it():
+    half, true = np.array([2, 2, np.nan, 1]), np.array([2, 4, 6, 5])
+    figures = summed([stated("a", np.array([1, 3, -2, 0]), true=true).having(half=half)])
+    assert (figures["count"], figures["true"], figures["bias"]) == (4, 4.5, 0.5)
+    assert (figures["error"].p50, figures["error"].mean) == (1.5, 1.5)
+    assert figures["inside"] == pytest.approx(2 / 3)
+
+
+def squares(take: Cases) -> np.ndarray:
+    return np.stack([take["own"] ** 2, take["by"] ** 2], axis=1)
+
+
+def test_fitted_bars_hold_at_every_size_on_people_left_out_and_in_every_unit():
+    """A part of metres is as much a part as one of millimetres."""
+    rng, takes = np.random.default_rng(2), []
+    for person in "abcdef":
+        by = rng.uniform(0.5, 4, 600)
+        takes.append(stated(person, rng.normal(0, np.hypot(2.0, 1.5 * by)), by=by, own=np.ones(600)))
+    weights = fitted(takes, squares)
+    assert np.sqrt(weights) / 1.645 == pytest.approx([2.0, 1.5], rel=0.25)
+    assert module.inside(held_out({"all": takes}, squares)["all"])["inside"] == pytest.approx(0.9, abs=0.03)
+    own = [take.having(half=np.sqrt(squares(take) @ weights)) for take in takes]
+    for low in (0.5, 2.0, 3.5):
+        parts = [take.where((take["by"] >= low) & (take["by"] < low + 0.5)) for take in own]
+        assert module.inside(parts)["inside"] > 0.8
+    small = [take.having(error=1e-3 * take["error"]) for take in takes]
+    np.testing.assert_allclose(fitted(small, squares), 1e-6 * weights, rtol=0.01)
+
+
+def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_person_there_are_none():
+    def rate(person: str, size: float) -> Cases:
+        error = size * np.random.default_rng(0).normal(size=250)
+        return stated(person, error, rate=np.zeros(250), model=np.ones(250), faster=np.zeros(250))
+
+    calm, wild, name = rate("a", 1.0), rate("b", 100.0), "rate of knee_flexion"
+    groups = {"one": [calm], "other": [wild]}
+    found = {group: share for _, group, share in of_strangers({name: groups})}
+    assert found["one"] == 1.0  # by the bars of the wild one
+    assert found["other"] < 0.1
+    assert list(of_strangers({name: {"one": [calm]}})) == []

@@ -1,43 +1,202 @@
-"""Fit the errors of differences on virtual visits, a step of refit.
+"""Fit all that rests on the networks anew:  pcnet3d lab refit -o DIR
 
-A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
-and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
-each run ranges of motion, right less left and one repetition less another are held against the truth
-(evaluation/statements.py). Written as models/angle_error/repeatability.json: what the errors of ranges are made of,
-their parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added
-as independent ones, that brings nine in ten differences inside, every person counting the same (evaluation/judge.py).
-One draw of cameras and detectors tells little of so few people: there are several.
+To be run after a new lifter or rectifier, with the new networks in their places. Each step writes its own file into
+DIR, and puts it in its place in the package, for the next ones rest on it. A step whose file is there is not taken
+again: the same command goes on where it was stopped, and to take a step anew, delete its file and those of the steps
+behind it. The last step judges what the others fitted, before other cameras.
 """
 
 from __future__ import annotations
 
 import json
+import shutil
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 import torch
 from torch import Tensor
+from typer import Option
 
-from ....pipeline.core.camera import pitch_roll_deg, view_rotation
-from ....pipeline.core.measures import Measure
-from ....pipeline.core.rotations import rotate
-from ....pipeline.files.atomic import write_text
-from ....pipeline.running.progress import each
-from ....pipeline.signals.angles import ANGLES, OF_BOTH, of_both
-from ...angle_error.joint_noise import shipped_noise
-from ...angle_error.repeatability import Between, figure_of, range_sd, same_part, shipped
-from ..common.cases import Cases, grouped
-from ..evaluation.judge import STRANGERS, factor
-from ..evaluation.runs import Configuration, Finished, given, recipe_of
-from ..evaluation.statements import Compared, ranges, repetitions
-from ..evaluation.testbed import BEDS, see
-from ..mocap.clips import Clip, lying, read_clips
-from ..synthetic.cameras import Cameras, ViewRange, place
-from ..synthetic.draw import NumpyDraw
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.camera import pitch_roll_deg, view_rotation
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.measures import Measure
+from ...pipeline.core.rotations import is_finite, kabsch, rotate
+from ...pipeline.files.atomic import refuse_unwritable, whole_file, write_json, write_text
+from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.running.progress import each
+from ...pipeline.signals.angles import ANGLES, OF_BOTH, of_both
+from ..angle_error.joint_noise import JOINTS, NOISE_FILE, JointNoise, LiftErrors, limb_spread, shipped_noise
+from ..angle_error.repeatability import REPEATABILITY_FILE, Between, figure_of, range_sd, same_part, shipped
+from ..angle_error.take_angles import smoothed
+from ..common.residuals import stated_spread
+from ..gravity.levelling import level_static, why_not
+from ..gravity.votes import PersonFrames
+from ..lifter.load import load_lifter
+from ..rectifier.load import load_rectifier
+from .beds import (
+    BEDS,
+    Configuration,
+    EvaluationSet,
+    Finished,
+    LiftedTake,
+    given,
+    joints_of,
+    lifted,
+    recipe_of,
+    see,
+)
+from .cases import Cases, grouped
+from .clips import Clip, lying, read_clips
+from .evaluation.errors import FITTED, STRANGERS, Compared, factor, ranges, repetitions
+from .evaluation.evaluate import evaluate
+from .synthetic import BodyRange, Cameras, NumpyDraw, ViewRange, place
+
+_JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
+_NETWORKS = "networks.json"
+
+
+@dataclass(frozen=True)
+class Step:
+    """made: the file that it writes, under DIR. do: writes it, given its path. place: of that file in the package; None
+    of one that only people read."""
+
+    made: str
+    do: Callable[[Path], object]
+    place: Path | None = None
+
+
+def steps() -> list[Step]:
+    """All of them, in the order in which they rest on each other."""
+    return [
+        Step("modes.json", learn_modes, NOISE_FILE),
+        Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
+        Step("repeatability.json", learn_differences, REPEATABILITY_FILE),
+        Step("judged/evaluation.json", partial(kit, _JUDGED_SEED, False)),
+    ]
+
+
+def kit(seed: int, fit: bool, output: Path) -> None:
+    """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
+    evaluate("errors", output.parent, seed=seed, part=FITTED if fit else None, fit=fit or None)
+
+
+def take_steps(folder: Path, of: Sequence[Step]) -> None:
+    """Take the steps that are left. InputError for a folder of other networks."""
+    networks = {"lifter": load_lifter().method, "rectifier": load_rectifier("pcnet").method}
+    said = folder / _NETWORKS
+    if said.exists() and json.loads(said.read_text(encoding="utf-8")) != networks:
+        raise InputError(
+            "files-apart",
+            f"Expected a folder of {networks['lifter']} and {networks['rectifier']}, but {folder} was begun for "
+            "other networks; choose another -o.",
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(said, networks)
+    for number, step in enumerate(of, start=1):
+        made = folder / step.made
+        print(f"{number} of {len(of)}: {made}{' is there' if made.exists() else ''}", flush=True)
+        if not made.exists():
+            made.parent.mkdir(parents=True, exist_ok=True)
+            # A process of its own: files of the package are read once in each.
+            with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+                pool.submit(step.do, made).result()
+        if step.place is not None:
+            with whole_file(step.place) as partial_file:
+                shutil.copyfile(made, partial_file)
+
+
+def refit(output: Annotated[Path, Option("-o", "--output", help="Folder of the steps' files.")]) -> None:
+    """Fit all that rests on the networks anew, and judge it."""
+    refuse_unwritable(output)
+    take_steps(output.absolute(), steps())
+
+
+_MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; upright: (T,)."""
+
+    lifted: np.ndarray
+    truth: np.ndarray
+    upright: np.ndarray
+
+    @classmethod
+    def of(cls, take: LiftedTake) -> Pair:
+        time_s, truth = take.seen.time_s, take.seen.truth
+        return cls(smoothed(joints_of(take.lifted, truth), time_s), smoothed(truth, time_s), ~take.seen.lying)
+
+    def residual(self) -> np.ndarray:
+        """(T, 14, 3) what is left of the lift's error, in shares of stature, when each frame is brought closest to the
+        truth by a rotation and a shift."""
+        rows = H36M17.indices(JOINTS)
+        lifted, truth = (
+            x[:, rows] - x[:, rows].mean(axis=1, keepdims=True) for x in (self.lifted, self.truth)
+        )
+        return (rotate(kabsch(truth, lifted), lifted) - truth) / implied_stature(self.truth)
+
+
+def modes_of(pairs: Iterable[Pair]) -> np.ndarray:
+    """(K, 14, 3) the largest principal axes of the residuals, one root mean square long."""
+    errors = [pair.residual()[pair.upright] for pair in pairs]
+    flat = np.concatenate(errors).reshape(-1, 3 * len(JOINTS))
+    flat = flat[is_finite(flat)]
+    variance, axes = np.linalg.eigh(flat.T @ flat / len(flat))
+    largest = np.argsort(variance)[::-1][:_MODES]
+    return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
+
+
+def fitted_noise(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
+    """The modes of the lifter's errors in the train takes; what a frame's noise grows with in the val takes, a
+    least-squares fit of the logarithms; each angle's own parts stay the shipped ones. InputError when no take can be
+    levelled."""
+    noise = replace(shipped_noise(), lifter=load_lifter().method, modes=modes_of(map(Pair.of, train)))
+    rows = []
+    for take in val:
+        raw, spread = joints_of(take.lifted, take.seen.truth), stated_spread(take.lifted)
+        frames = PersonFrames(raw, *rectifier.rotation(raw), take.seen.keypoints.times, spread=spread)
+        level = level_static(frames)
+        if why_not(level):
+            continue
+        pair = Pair.of(take)
+        size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
+        heading = LiftErrors(level.error_deg, level.up_error_deg, noise).heading_deg
+        row = np.log(np.stack([heading, limb_spread(pair.lifted), spread, size], axis=-1))
+        rows.append(row[pair.upright & is_finite(row)])
+    if not rows:
+        raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
+    x = np.concatenate(rows)
+    centre = x.mean(axis=0)
+    powers = np.linalg.lstsq(x[:, :-1] - centre[:-1], x[:, -1] - centre[-1], rcond=None)[0]
+    size = np.sqrt(np.mean(np.exp(2 * (x[:, -1] - (x[:, :-1] - centre[:-1]) @ powers))))
+    return replace(
+        noise,
+        modes=noise.modes * size / np.sqrt((noise.modes**2).sum()),
+        usual=tuple(np.exp(centre[:-1]).tolist()),
+        powers=tuple(powers.tolist()),
+    )
+
+
+def learn_modes(output: Path) -> None:
+    """Write the noise that was learned. The lifter saw the train people, whom it lifts a sixth better than others; the
+    sizes are of validation people, once with proportions that are drawn."""
+    train, val = EvaluationSet("train", "train", known=True), EvaluationSet("val", "val")
+    judged = chain(lifted(Configuration(), val), lifted(Configuration(seed=1, bodies=BodyRange()), val))
+    noise = fitted_noise(lifted(Configuration(), train), judged, load_rectifier("pcnet"))
+    write_text(output, noise.as_json())
+    print(f"{output}: usual {noise.usual}, powers {noise.powers}")
+
 
 # What an error is of: a difference, or a range; and the figure.
 Kind = tuple[Between | Literal["range"], str]
@@ -159,7 +318,7 @@ def elsewhere(first: Cameras, world: Tensor, rng: np.random.Generator, views: Vi
     )
 
 
-def clips() -> list[Clip]:
+def filmed() -> list[Clip]:
     """The upright motions of validation people that are long enough."""
     found = []
     for clip in read_clips("val"):
@@ -169,7 +328,7 @@ def clips() -> list[Clip]:
     return found
 
 
-def fit(kinds: Kinds) -> dict[str, object]:
+def fitted_differences(kinds: Kinds) -> dict[str, object]:
     """What repeatability.json holds."""
     by_angle = {
         angle: factor(kinds[kind, angle], STRANGERS) for kind, angle in sorted(kinds) if kind == "range"
@@ -218,12 +377,12 @@ def _enough(pairs: Sequence[Cases]) -> bool:
     return len({pair.person for pair in pairs}) >= FEWEST_PEOPLE or len(pairs) >= FEWEST_PAIRS
 
 
-def learn(output: Path) -> None:
+def learn_differences(output: Path) -> None:
     """Write the errors that were fitted to the `visits` of all clips, each draw in _CONFIGURATIONS in turn."""
-    turns = [(seed + i, clip, seed) for seed in range(_DRAWS) for i, clip in enumerate(clips())]
+    turns = [(seed + i, clip, seed) for seed in range(_DRAWS) for i, clip in enumerate(filmed())]
     kinds = grouped(
         pair
         for turn, clip, seed in each(iter(turns), "visits", len(turns))
         for pair in visits(clip, replace(_CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed=seed))
     )
-    write_text(output, json.dumps(fit(kinds), indent=1) + "\n")
+    write_text(output, json.dumps(fitted_differences(kinds), indent=1) + "\n")

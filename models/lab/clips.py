@@ -1,4 +1,4 @@
-"""Motion capture as training and test material: the file of clips that `pcnet3d lab mocap` writes, their subjects, and
+"""Motion capture as training and test material: the file of clips that `pcnet3d lab data` writes, their subjects, and
 who is trained on and who is held out."""
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel
 
-from ....pipeline.core.errors import InputError, readable
-from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.rotations import angle_deg
-from ....pipeline.files.arrays import load_all
-from ..common.config import checked
+from ...pipeline.core.errors import InputError, readable
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import angle_deg
+from ...pipeline.files.arrays import load_all
+from .config import checked
 
 Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
@@ -51,7 +51,7 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
     """
     arrays = read_rows(
         path,
-        "clips of motion capture of H36M17, as `pcnet3d lab mocap` writes them",
+        "clips of motion capture of H36M17, as `pcnet3d lab data` writes them",
         "clip_start",
         joints=(("frames", len(H36M17), 3), "f"),
         root=(("frames", 3), "f"),

@@ -1,1 +1,0 @@
-"""What the lab's commands share: configuration files, training, test beds."""

@@ -1,1 +1,0 @@
-"""Constants that are fitted on data: each module writes a file or prints figures that the models hold."""

@@ -1,1 +1,0 @@
-"""Motion capture as training and test material: converters, the split by subject."""

@@ -1,1 +1,0 @@
-"""Cameras, bodies and keypoint noise: synthetic views of motion capture, made in torch."""
