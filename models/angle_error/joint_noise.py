@@ -17,10 +17,11 @@ nothing of what the lifter leans.
 Nor does it tell all of what a lifter errs more in postures that its training had few of, and in fast motion: each angle
 has a part for the lean of the trunk, a low pelvis, raised arms and speed (`postures`, posture.py), added as squares.
 
-joint_noise.json was learned by models/lab/refit.py and models/lab/evaluation/errors.py: the modes on lifted
-train subjects, by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten
-errors lie within 1.645 standard deviations in every configuration of a run, on lifted validation subjects
-(models/rectifier/card.md has the split).
+joint_noise.json: the modes and multiples were learned once, by the lab at commit dafbf430, on the shipped lifter's
+takes of the 34 train subjects and the 9 validation subjects. Each angle's factor and `more`, which make nine in ten
+errors lie within 1.645 standard deviations in every configuration of a run, are fitted by
+models/lab/evaluation/errors.py on lifted validation subjects (models/rectifier/card.md has the split), also for another
+lifter.
 """
 
 from __future__ import annotations

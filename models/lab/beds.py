@@ -228,14 +228,18 @@ def real_takes(name: str) -> Iterator[tuple[str, SeenTake, Video]]:
     cameras, limbs = read_cameras(folder), read_limbs(folder)
     for camera, said in each(cameras.items(), "cameras", len(cameras)):
         video, keypoints = read_seen(folder / f"{camera}.mp4")
+        joints = np.full((len(video.time_s), len(H36M17), 3), np.nan)
         if limbs is None:
             up = unit(said["up_in_camera"])
             across = tangent(up)[:, 0]
             R_camera_from_world = np.column_stack([across, np.cross(up, across), up])
-            joints = np.full((len(video.time_s), len(H36M17), 3), np.nan)
         else:
+            joints[:, H36M17.indices(LIMBS)] = limbs
+            for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
+                both = H36M17.indices((f"r_{part}", f"l_{part}"))
+                joints[:, H36M17.index(middle)] = joints[:, both].mean(axis=1)
             R_camera_from_world = said["R_camera_from_world"]
-            joints = rotate(R_camera_from_world, whole_body(limbs)) + said["t_m"]
+            joints = rotate(R_camera_from_world, joints) + said["t_m"]
         lens, time_s = float(said["focal_px"].mean()), video.time_s
         truth = SeenTake(
             keypoints, video.size, lens, time_s, joints, R_camera_from_world, camera, "real take"
@@ -273,16 +277,6 @@ def read_seen(path: Path) -> tuple[Video, PoseSequence]:
     if not len(found.person):
         raise InputError("nothing-usable", f"Expected a person in {path}, but {found.method} finds nobody.")
     return video, choose_person(found.people(), "longest", str(path))
-
-
-def whole_body(limbs: np.ndarray) -> np.ndarray:
-    """(T, 17, 3) of joints LIMBS (T, 12, 3), in the same axes; pelvis and thorax are the middles of hips and shoulders,
-    others NaN."""
-    whole = np.full((len(limbs), len(H36M17), 3), np.nan)
-    whole[:, H36M17.indices(LIMBS)] = limbs
-    for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
-        whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
-    return whole
 
 
 _LOOK_EVERY = 10  # frames of a moving camera whose image is asked for up

@@ -11,11 +11,10 @@ from __future__ import annotations
 import json
 import shutil
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated, Literal, get_args
@@ -25,33 +24,22 @@ import torch
 from torch import Tensor
 from typer import Option
 
-from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.camera import pitch_roll_deg, view_rotation
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.measures import Measure
-from ...pipeline.core.rotations import is_finite, kabsch, rotate
+from ...pipeline.core.rotations import rotate
 from ...pipeline.files.atomic import refuse_unwritable, whole_file, write_json, write_text
-from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.running.progress import each
 from ...pipeline.signals.angles import ANGLES, OF_BOTH, of_both
-from ..angle_error.joint_noise import JOINTS, NOISE_FILE, JointNoise, LiftErrors, limb_spread, shipped_noise
+from ..angle_error.joint_noise import NOISE_FILE, shipped_noise
 from ..angle_error.repeatability import REPEATABILITY_FILE, Between, figure_of, range_sd, same_part, shipped
-from ..angle_error.take_angles import smoothed
-from ..common.residuals import stated_spread
-from ..gravity.levelling import level_static, why_not
-from ..gravity.votes import PersonFrames
 from ..lifter.load import load_lifter
 from ..rectifier.load import load_rectifier
 from .beds import (
     BEDS,
     Configuration,
-    EvaluationSet,
     Finished,
-    LiftedTake,
     given,
-    joints_of,
-    lifted,
     recipe_of,
     see,
 )
@@ -59,30 +47,24 @@ from .cases import Cases, grouped
 from .clips import Clip, lying, read_clips
 from .evaluation.errors import FITTED, STRANGERS, Compared, factor, ranges, repetitions
 from .evaluation.evaluate import evaluate
-from .synthetic import BodyRange, Cameras, NumpyDraw, ViewRange, place
+from .synthetic import Cameras, NumpyDraw, ViewRange, place
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
 _NETWORKS = "networks.json"
 
 
-@dataclass(frozen=True)
-class Step:
-    """made: the file that it writes, under DIR. do: writes it, given its path. place: of that file in the package; None
-    of one that only people read."""
-
-    made: str
-    do: Callable[[Path], object]
-    place: Path | None = None
+# The files that steps write under DIR, in the order in which they rest on each other: who writes it, given its path,
+# and its place in the package; None of one that only people read.
+Steps = Mapping[str, tuple[Callable[[Path], object], Path | None]]
 
 
-def steps() -> list[Step]:
-    """All of them, in the order in which they rest on each other."""
-    return [
-        Step("modes.json", learn_modes, NOISE_FILE),
-        Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
-        Step("repeatability.json", learn_differences, REPEATABILITY_FILE),
-        Step("judged/evaluation.json", partial(kit, _JUDGED_SEED, False)),
-    ]
+def steps() -> Steps:
+    """All of them."""
+    return {
+        "angles/joint_noise.json": (partial(kit, 0, True), NOISE_FILE),
+        "repeatability.json": (learn_differences, REPEATABILITY_FILE),
+        "judged/evaluation.json": (partial(kit, _JUDGED_SEED, False), None),
+    }
 
 
 def kit(seed: int, fit: bool, output: Path) -> None:
@@ -90,7 +72,7 @@ def kit(seed: int, fit: bool, output: Path) -> None:
     evaluate("errors", output.parent, seed=seed, part=FITTED if fit else None, fit=fit or None)
 
 
-def take_steps(folder: Path, of: Sequence[Step]) -> None:
+def take_steps(folder: Path, of: Steps) -> None:
     """Take the steps that are left. InputError for a folder of other networks."""
     networks = {"lifter": load_lifter().method, "rectifier": load_rectifier("pcnet").method}
     said = folder / _NETWORKS
@@ -102,16 +84,16 @@ def take_steps(folder: Path, of: Sequence[Step]) -> None:
         )
     folder.mkdir(parents=True, exist_ok=True)
     write_json(said, networks)
-    for number, step in enumerate(of, start=1):
-        made = folder / step.made
+    for number, (name, (do, put_in)) in enumerate(of.items(), start=1):
+        made = folder / name
         print(f"{number} of {len(of)}: {made}{' is there' if made.exists() else ''}", flush=True)
         if not made.exists():
             made.parent.mkdir(parents=True, exist_ok=True)
             # A process of its own: files of the package are read once in each.
             with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-                pool.submit(step.do, made).result()
-        if step.place is not None:
-            with whole_file(step.place) as partial_file:
+                pool.submit(do, made).result()
+        if put_in is not None:
+            with whole_file(put_in) as partial_file:
                 shutil.copyfile(made, partial_file)
 
 
@@ -121,82 +103,13 @@ def refit(output: Annotated[Path, Option("-o", "--output", help="Folder of the s
     take_steps(output.absolute(), steps())
 
 
-_MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; upright: (T,)."""
-
-    lifted: np.ndarray
-    truth: np.ndarray
-    upright: np.ndarray
-
-    @classmethod
-    def of(cls, take: LiftedTake) -> Pair:
-        time_s, truth = take.seen.time_s, take.seen.truth
-        return cls(smoothed(joints_of(take.lifted, truth), time_s), smoothed(truth, time_s), ~take.seen.lying)
-
-    def residual(self) -> np.ndarray:
-        """(T, 14, 3) what is left of the lift's error, in shares of stature, when each frame is brought closest to the
-        truth by a rotation and a shift."""
-        rows = H36M17.indices(JOINTS)
-        lifted, truth = (
-            x[:, rows] - x[:, rows].mean(axis=1, keepdims=True) for x in (self.lifted, self.truth)
-        )
-        return (rotate(kabsch(truth, lifted), lifted) - truth) / implied_stature(self.truth)
-
-
-def modes_of(pairs: Iterable[Pair]) -> np.ndarray:
-    """(K, 14, 3) the largest principal axes of the residuals, one root mean square long."""
-    errors = [pair.residual()[pair.upright] for pair in pairs]
-    flat = np.concatenate(errors).reshape(-1, 3 * len(JOINTS))
-    flat = flat[is_finite(flat)]
-    variance, axes = np.linalg.eigh(flat.T @ flat / len(flat))
-    largest = np.argsort(variance)[::-1][:_MODES]
-    return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
-
-
-def fitted_noise(train: Iterable[LiftedTake], val: Iterable[LiftedTake], rectifier: Rectifier) -> JointNoise:
-    """The modes of the lifter's errors in the train takes; what a frame's noise grows with in the val takes, a
-    least-squares fit of the logarithms; each angle's own parts stay the shipped ones. InputError when no take can be
-    levelled."""
-    noise = replace(shipped_noise(), lifter=load_lifter().method, modes=modes_of(map(Pair.of, train)))
-    rows = []
-    for take in val:
-        raw, spread = joints_of(take.lifted, take.seen.truth), stated_spread(take.lifted)
-        frames = PersonFrames(raw, *rectifier.rotation(raw), take.seen.keypoints.times, spread=spread)
-        level = level_static(frames)
-        if why_not(level):
-            continue
-        pair = Pair.of(take)
-        size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
-        heading = LiftErrors(level.error_deg, level.up_error_deg, noise).heading_deg
-        row = np.log(np.stack([heading, limb_spread(pair.lifted), spread, size], axis=-1))
-        rows.append(row[pair.upright & is_finite(row)])
-    if not rows:
-        raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
-    x = np.concatenate(rows)
-    centre = x.mean(axis=0)
-    powers = np.linalg.lstsq(x[:, :-1] - centre[:-1], x[:, -1] - centre[-1], rcond=None)[0]
-    size = np.sqrt(np.mean(np.exp(2 * (x[:, -1] - (x[:, :-1] - centre[:-1]) @ powers))))
-    return replace(
-        noise,
-        modes=noise.modes * size / np.sqrt((noise.modes**2).sum()),
-        usual=tuple(np.exp(centre[:-1]).tolist()),
-        powers=tuple(powers.tolist()),
-    )
-
-
-def learn_modes(output: Path) -> None:
-    """Write the noise that was learned. The lifter saw the train people, whom it lifts a sixth better than others; the
-    sizes are of validation people, once with proportions that are drawn."""
-    train, val = EvaluationSet("train", "train", known=True), EvaluationSet("val", "val")
-    judged = chain(lifted(Configuration(), val), lifted(Configuration(seed=1, bodies=BodyRange()), val))
-    noise = fitted_noise(lifted(Configuration(), train), judged, load_rectifier("pcnet"))
-    write_text(output, noise.as_json())
-    print(f"{output}: usual {noise.usual}, powers {noise.powers}")
-
+# The errors of differences, on virtual visits. A motion of a validation person is filmed, and filmed again: from the
+# same tripod, from a tripod that was set up again, and from elsewhere. Nothing has changed, so what the figures of both
+# runs differ by is their difference's error; and in each run ranges of motion, right less left and one repetition less
+# another are held against the truth (evaluation/errors.py). Fitted are what the errors of ranges are made of, their
+# parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added as
+# independent ones, that brings nine in ten differences inside, every person counting the same. One draw of cameras and
+# detectors tells little of so few people: there are several.
 
 # What an error is of: a difference, or a range; and the figure.
 Kind = tuple[Between | Literal["range"], str]

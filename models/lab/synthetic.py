@@ -292,6 +292,9 @@ def redefined(joints: Tensor, draw: Draw, share: float) -> Tensor:
     return joints + torch.einsum("btij,bkj->btki", axes, std * offsets)
 
 
+# Motion that the capture does not show. Limbs are directions of their two bones in the frame of the trunk's end that
+# they hang on (front, left, up): a ball joint by swing and twist, then a hinge. Ranges are about those of healthy
+# adults (Boone and Azen 1979, rounded up).
 _LIMBS = {
     (side, kind): tuple(f"{side}_{part}" for part in parts)
     for side in "lr"
@@ -471,6 +474,8 @@ def varied(
     return vary(motion, draw, bodies, people, of.real)
 
 
+# Virtual pinhole cameras, one a window. Yaw is the heading of the view about the vertical, pitch is positive when the
+# camera looks down, roll is positive when the image's content turns counter-clockwise.
 IMAGE_SIZES = ((1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000))
 _AIM_FRAMES = 8  # of a window, about: so many tell its place and size
 _AIMS = 4  # rounds; each leaves about a tenth of what was off
@@ -639,6 +644,14 @@ def _panned(cameras: Cameras, joints_world: Tensor, draw: Draw, share: Tensor) -
     return replace(cameras, R_camera_from_world=turn @ cameras.R_camera_from_world)
 
 
+# 2D keypoints as detectors see them: exact projections in, noisy keypoints with confidences out. The formula, for a
+# person whose box has a longer side of s pixels (the height of a standing person's box):
+# - position: Gaussian with a standard deviation of 1.5 % of s on x and on y, times 1.5 at wrists and ankles, times 2
+#   while the joint is hidden behind the body; an AR(1) process in time with coefficient 0.8 at 30 fps;
+# - outliers: 0.3 % of the joints of a frame lie another 10 to 30 % of s away;
+# - left and right: in profile, legs or arms are exchanged for runs of frames;
+# - missing: single joints for runs of frames, hidden ones three times as often; rarely the whole person;
+# - confidence: falls with the joint's error and when hidden; 0 and NaN coordinates when missing.
 FAR_JOINTS = ("l_wrist", "r_wrist", "l_ankle", "r_ankle")
 HIDDEN_MISSING = 3.0  # times as often missing when hidden
 # What hides joints: thick lines between joints, with their radius in trunk lengths.
@@ -657,7 +670,7 @@ EXCHANGED_LIMBS = [
 
 @dataclass(frozen=True)
 class Noise:
-    """Constants of the formula at the head of this file. Lengths are shares of the box's longer side; rates are
+    """Constants of the formula above. Lengths are shares of the box's longer side; rates are
     per frame at 30 fps; runs are mean lengths in frames at 30 fps."""
 
     std: float = 0.015

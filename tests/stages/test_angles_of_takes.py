@@ -15,7 +15,6 @@ from pcnet3d.models.angle_error.joint_noise import (
 )
 from pcnet3d.models.angle_error.take_angles import TakeJoints, smoothed, take_angles
 from pcnet3d.models.common.canonical import R_world_from_body
-from pcnet3d.models.lab.refit import Pair, modes_of
 from pcnet3d.pipeline import CAMERA, H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose
@@ -110,20 +109,6 @@ def test_a_lifter_that_is_unsure_widens_the_bars(seen):
     np.testing.assert_allclose(bars[1], 1.5 * bars[0], rtol=0.1)
     unknown = noise_of(rotate(transpose(R), joints), R, zero, zero, noise, zero + np.nan)["l_knee_flexion"]
     np.testing.assert_array_equal(unknown, bars[0])
-
-
-def test_the_modes_are_those_of_the_lifter(seen):
-    """Noise that was put in comes out, whatever rigid rotation lies on top of it."""
-    joints = np.tile(seen[0], (20, 1, 1))
-    rng = np.random.default_rng(5)
-    wrong = joints.copy()
-    wrong[:, H36M17.index("r_wrist"), 2] += rng.normal(0, 0.05, len(joints))
-    wrong = rotate(Rotation.from_rotvec(np.radians(rng.normal(0, 5, (len(joints), 3)))).as_matrix(), wrong)
-    modes = modes_of([Pair(wrong, joints, np.ones(len(joints), dtype=bool))])
-    variance = (modes**2).sum(axis=0)
-    wrist = JOINTS.index("r_wrist")
-    assert np.sqrt(variance[wrist, 2]) == pytest.approx(0.05 / 1.75, rel=0.2)
-    assert variance[wrist].sum() > 0.75 * variance.sum()
 
 
 def test_shipped_noise_is_larger_in_depth_and_far_out():

@@ -212,6 +212,19 @@ def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[
     return steps
 
 
+# When a foot of motion capture is on the floor. The layout has one joint of the foot, the ankle, so the foot itself is
+# put below it. A foot rests where its ankle is slower than 0.5 m/s and within 6 cm of that foot's own floor level.
+# There it lies flat: its forefoot, the heads of the metatarsals, is 0.08 statures ahead of the ankle as the person
+# faces, and 0.03 below it (a foot is 0.152 statures long and the ankle 0.039 high; Winter, Biomechanics and Motor
+# Control of Human Movement, 4th ed. 2009, figure 4.1). The contact goes on, to both sides of the rest, for as long as
+# the ankle can be where it is with some part of the foot in place: within 3.5 cm of its place at rest, or at its
+# distance from the forefoot, within 2.5 cm (the heel is off, and the ankle turns about the forefoot until the toes
+# leave). By 3.5 cm an ankle 8 cm from the end of its heel moves while a foot that landed with its toes up by 25 degrees
+# comes down.
+#
+# On the walks of the train subjects a stance then takes 61 % of a stride and double support 22 %, as in gait
+# laboratories (with 5 cm 63 and 25 %). On a walk annotated elsewhere (gaitkit 1.5.0, one person, six landings) feet
+# land 16 ms early in the median (with 5 cm 33) and leave 44 to 66 ms late.
 _RESTS_MPS = 0.5
 _LOW_M = 0.06  # above the foot's own floor level
 _FLOOR_SHARE = 5.0  # percentile of the ankle's height that is its floor level

@@ -14,7 +14,6 @@ keeps there.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -690,19 +689,6 @@ def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) 
     """Of the batch of a step."""
     batch = frames.batch(Draw(config.seed, step, frames.device), config.batch)
     return total(net, net(batch.joints, batch.valid), batch)
-
-
-def step_s(config: TrainConfig, device: Device, clips: Mapping[str, Sequence[Clip]]) -> float:
-    """Seconds that a step takes, by the second one of a network that is thrown away."""
-    on = device_of(device)
-    net, frames = PCNet(config.net, config.bf16).to(on), prepare(config, on, clips)[0]
-    start = 0.0
-    for step in (1, 2):
-        start = time.perf_counter()
-        loss = loss_of(net, frames, config, step)
-        loss.backward()
-        loss.item()  # waits for the device
-    return time.perf_counter() - start
 
 
 def prepare(

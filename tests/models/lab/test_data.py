@@ -156,11 +156,6 @@ def test_from_the_command_line(folder, tmp_path):
     assert splits_of(tmp_path / "own")["clips"] == said["clips"]  # what its owner wrote stays
 
 
-def test_what_cannot_be_is_one_sentence(tmp_path):
-    done = pcnet3d("lab", "data", "--own", tmp_path / "nowhere", "-o", tmp_path / "own")
-    commands.refused(done, "give the folder")
-
-
 def test_subjects_by_file_or_folder_and_of_two_clips_of_one_name_one_is_kept(tmp_path, capsys):
     text = bvh(np.zeros((2, 16, 3)))
     for name in ("walk1_subject1", "walk2_subject2", "s7/dance"):
@@ -244,26 +239,6 @@ def two(axis="0 0 0", dof="rx", length=0.45, angle="deg"):
 
 def pose(acclaim, text):
     return module.pose(acclaim, module.parse_amc(":DEGREES\n" + text, acclaim))
-
-
-@pytest.mark.parametrize(
-    ("axis", "dof", "values", "end"),
-    [
-        # The bone "two" hangs at the end of "one", which points up from the root: its beginning tells one's turn.
-        ("0 0 0", "rx", "90", (0, 0, 2)),
-        ("0 0 0", "rz", "90", (-2, 0, 0)),
-        ("0 0 90", "rx", "90", (0, 2, 0)),  # the bone's x is the skeleton's y: it turns about itself
-        ("0 90 0", "rx", "90", (2, 0, 0)),  # x is -z
-        ("90 0 90", "rz", "90", (0, 0, 2)),  # x first, then z: z goes to -y, then to +x
-        ("0 0 0", "rx ry rz", "90 90 0", (2, 0, 0)),  # x first: y -> z; then y: z -> x
-        ("0 0 0", "rx ry rz", "90 0 90", (0, 0, 2)),
-    ],
-)
-def test_axis_blocks_and_euler_order(axis, dof, values, end):
-    acclaim = two(axis, dof)
-    joints, _ = pose(acclaim, f"1\nroot 0 0 0 0 0 0\none {values}\n")
-    assert acclaim.skeleton.names == ("root", "one", "two")
-    np.testing.assert_allclose(joints[0, 2], np.array(end) * 0.0254 / 0.45, atol=1e-9)
 
 
 def test_the_root_moves_and_turns_about_fixed_axes_in_the_files_unit():

@@ -4,23 +4,19 @@ import json
 import shutil
 from functools import partial
 from inspect import signature
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 
-from golden.virtual import exact, walked
+from golden.virtual import walked
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.angle_error.joint_noise import JOINTS
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.lab import refit as module
-from pcnet3d.models.lab.beds import Configuration, LiftedTake
+from pcnet3d.models.lab.beds import Configuration
 from pcnet3d.models.lab.cases import Cases
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.refit import (
-    Step,
     elsewhere,
     factors,
     fitted_differences,
@@ -31,7 +27,6 @@ from pcnet3d.models.lab.refit import (
     visits,
 )
 from pcnet3d.models.lab.synthetic import WILD, NumpyDraw, place
-from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.signals.angles import OF_BOTH
 from refusals import refused
@@ -40,13 +35,14 @@ from refusals import refused
 def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_ones_put_in_their_place(
     tmp_path,
 ):
-    def copies(source: Path, name: str, place: Path | None = None) -> Step:
-        return Step(name, partial(shutil.copyfile, source), place)
-
     shipped, missing, source = (tmp_path / f"{name}.json" for name in ("shipped", "missing", "source"))
     source.write_text("1")
     out = tmp_path / "out"
-    order = [copies(source, "1.json", shipped), copies(shipped, "sub/2.json"), copies(missing, "3.json")]
+    order = {
+        "1.json": (partial(shutil.copyfile, source), shipped),
+        "sub/2.json": (partial(shutil.copyfile, shipped), None),
+        "3.json": (partial(shutil.copyfile, missing), None),
+    }
     with pytest.raises(FileNotFoundError):
         take_steps(out, order)
     assert shipped.read_text() == (out / "sub" / "2.json").read_text() == "1"
@@ -57,18 +53,16 @@ def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_o
     assert (out / "3.json").read_text() == "3"
     (out / "networks.json").write_text('{"lifter": "another"}')
     with refused("files-apart"):
-        take_steps(out, [])
+        take_steps(out, {})
 
 
 def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
-    order = steps()
-    names = [step.made for step in order]
-    for step in order:
-        signature(step.do).bind(tmp_path / step.made)  # all that it is given
-    assert len(set(names)) == len(names)
-    placed = {step.place for step in order if step.place}
-    assert placed == {*(Path(module.__file__).parents[1] / "angle_error").glob("*.json")}
-    assert names == ["modes.json", "angles/joint_noise.json", "repeatability.json", "judged/evaluation.json"]
+    for name, (do, _) in steps().items():
+        signature(do).bind(tmp_path / name)  # all that it is given
+    noise, repeatability, judged = (place for _, place in steps().values())
+    assert noise.name == "joint_noise.json"
+    assert repeatability.name == "repeatability.json"
+    assert judged is None
 
 
 @pytest.mark.data
@@ -76,20 +70,6 @@ def test_errors_are_never_fitted_to_the_real_take():
     configurations = report.configurations(Configuration())
     assert set(report.FITTED) < set(configurations)
     assert not any(configurations[name].real for name in report.FITTED)
-
-
-def test_the_errors_name_the_lifter_that_is_in_place(monkeypatch):
-    """They kept the name of the lifter before, and every later step of a refit took the new one for a stranger."""
-    take = exact(walked(seconds=4))
-    rng = np.random.default_rng(0)
-    joints = take.lifted.joints + rng.normal(0, 0.02, take.lifted.joints.shape)
-    covariance = np.tile(rng.uniform(0.01, 0.03, (len(joints), 1, 1, 1)) ** 2 * np.eye(3), (1, 17, 1, 1))
-    lifted = LiftedTake(take.lifted.with_(joints=joints, covariance=covariance), take.seen)
-    monkeypatch.setattr(module, "load_lifter", lambda: SimpleNamespace(method="pcnet3d@another"))
-    noise = module.fitted_noise([lifted], [lifted], load_rectifier("geometric"))
-    assert noise.lifter == "pcnet3d@another"
-    assert noise.modes.shape[1:] == (len(JOINTS), 3)
-    assert np.isfinite(noise.powers).all()
 
 
 @pytest.mark.parametrize("seed", range(3))
