@@ -9,7 +9,6 @@ R x + residual, where R^T x would lead back to c; the residual has to make up fo
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -63,9 +62,7 @@ def authors(
     refuse_unwritable(output)
     judged = {of.label: clean_takes(of.clips(), "paper") for of in EVALUATION_SETS[sets]}
     clips = [clip for clip in read_clips("train") if data_set(clip) == "cmu"]
-    start = time.perf_counter()
     net = trained([take for seed in range(VIEWS) for take in clean_takes(clips, "paper", seed)], steps)
-    minutes = (time.perf_counter() - start) / 60
     rows: dict[str, dict[str, Any]] = {}
     with computing_on(device):
         shipped = [load_rectifier(name) for name in ("geometric", "pcnet", "paper")]
@@ -77,7 +74,7 @@ def authors(
     if because:
         networks = [rectifier.method for rectifier in shipped if "@" in rectifier.method]
         note_look(output, f"pcnet3d lab authors --sets {sets}", networks, because)
-    results = {"pcnet3d": package_version(), "steps": steps, "minutes": minutes, "rows": rows}
+    results = {"pcnet3d": package_version(), "steps": steps, "rows": rows}
     publish(output / "authors", "authors", _ABOUT, results)
 
 

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from ...pipeline.core.errors import InputError, readable
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import angle_deg
 from ...pipeline.files.arrays import load_all
-from .config import checked
 
 Subjects = Literal["train", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
@@ -152,8 +151,11 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     if subjects == "hdm05":
         return read_mocap(folder / "hdm05_subset.npz")
     path = folder / "splits.json"
-    with readable(path, "train, val and test subjects in JSON"):
-        splits = dict(checked(path.read_text(encoding="utf-8"), _Splits, str(path)))
+    try:
+        with readable(path, "train, val and test subjects in JSON"):
+            splits = dict(_Splits.model_validate_json(path.read_text(encoding="utf-8")))
+    except ValidationError as error:
+        raise InputError("bad-value", f"{path}: {error.errors()[0]['msg']}.") from None
     people = {part: set().union(*(of.get(part, ()) for of in splits.values())) for part in PARTS}
     for part, other in combinations(PARTS, 2):
         if shared := people[part] & people[other]:

@@ -100,9 +100,8 @@ class Source:
 
     @property
     def way(self) -> str:
-        if not self.address:
-            return f"{self.name}: give the folder that they are in"
-        return f"{self.name} ({self.licence}): download {self.what} from {self.address}, unpack it"
+        fetched = f" ({self.licence}): download {self.what} from {self.address}, unpack it" * bool(self.what)
+        return f"{self.name}{fetched}"
 
 
 SOURCES = {
@@ -122,8 +121,8 @@ SOURCES = {
         "hdm05_subset", "HDM05", "the cut AMC files with their ASF skeletons", "resources.mpi-inf.mpg.de/HDM05",
         "CC BY-SA 3.0", with_whole_forearms,
     ),
+    "own": Source("clips", "recordings of your own", "", "", "yours", lambda clip: clip),
 }  # fmt: skip
-OWN = Source("clips", "Your own recordings", "", "", "yours", lambda clip: clip)
 
 
 def data(
@@ -149,7 +148,7 @@ def data(
     refuse_unwritable(output)
     output.mkdir(parents=True, exist_ok=True)
     for name, folder in given.items():
-        source = SOURCES.get(name, OWN)
+        source = SOURCES[name]
         clips = made(source, folder, output)
         people, minutes = len({subject_of(clip.name) for clip in clips}), sum(map(len, clips)) / 1800
         print(
@@ -181,7 +180,7 @@ def converted(source: Source, folder: Path) -> list[Clip]:
     """The recordings of a folder as the data folder has them, of people who are in a part. InputError for a folder that
     is not there, and where nothing can be read."""
     if not folder.is_dir():
-        raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
+        raise InputError("cannot-open", f"Expected a folder at {folder}: {source.way}.")
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
     cmu = source is SOURCES["cmu"]
@@ -196,13 +195,13 @@ def splits_of(output: Path) -> dict[str, dict[str, list[str]]]:
     """What splits.json of the folder says: of every file the people of each part whom it has; of one's own as it says
     already, else every fifth for the test and every fifth for the validation."""
     listing, splits = output / "splits.json", {}
-    own = output / f"{OWN.file}.npz"
-    if own.exists():
+    file = SOURCES["own"].file
+    if (own := output / f"{file}.npz").exists():
         people = sorted({subject_of(clip.name) for clip in read_mocap(own)})
         parts = {"test": people[::5], "val": people[1::5]}
         parts["train"] = [who for who in people if who not in (*parts["test"], *parts["val"])]
         said = json.loads(listing.read_text(encoding="utf-8")) if listing.exists() else {}
-        splits[OWN.file] = said.get(OWN.file, parts)
+        splits[file] = said.get(file, parts)
     for file, parts in SPLITS.items():
         path = output / f"{file}.npz"
         there = {subject_of(clip.name) for clip in read_mocap(path)} if path.exists() else set()

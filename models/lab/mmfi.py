@@ -32,12 +32,11 @@ from ...pipeline.running.recipe import load_toml
 from ..rectifier.geometric import Geometric
 from .cases import Cases
 from .clips import Clip
-from .config import checked
 from .data import require_sides
 from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .synthetic import CAMERA_FROM_SOURCE
-from .training.loop import Device
+from .training.loop import Device, checked
 from .training.rectifier import Deployed, TrainConfig, train
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"

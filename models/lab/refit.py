@@ -50,7 +50,6 @@ from .evaluation.evaluate import evaluate
 from .synthetic import Cameras, NumpyDraw, ViewRange, place
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
-_NETWORKS = "networks.json"
 
 
 # The files that steps write under DIR, in the order in which they rest on each other: who writes it, given its path,
@@ -75,7 +74,7 @@ def kit(seed: int, fit: bool, output: Path) -> None:
 def take_steps(folder: Path, of: Steps) -> None:
     """Take the steps that are left. InputError for a folder of other networks."""
     networks = {"lifter": load_lifter().method, "rectifier": load_rectifier("pcnet").method}
-    said = folder / _NETWORKS
+    said = folder / "networks.json"
     if said.exists() and json.loads(said.read_text(encoding="utf-8")) != networks:
         raise InputError(
             "files-apart",

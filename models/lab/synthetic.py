@@ -9,10 +9,11 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import torch
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
@@ -25,7 +26,9 @@ from ..common.metrics import relative
 from ..common.vectors import Array, across, dot, length, picked, rotate, transpose, unit
 from .cases import by_person
 from .clips import OWN_SKELETON, Clip, person
-from .config import Share, Size
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Size = Annotated[float, Field(ge=0, allow_inf_nan=False)]  # such as a standard deviation
 
 
 class Draw:

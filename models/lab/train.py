@@ -11,9 +11,8 @@ from typer import Argument, Option
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.removed import refuse_removed
 from ...pipeline.running.recipe import load_toml
-from .config import checked
 from .training import lifter, rectifier
-from .training.loop import Device
+from .training.loop import Device, checked
 
 _TRAINERS = {"lifter": lifter, "pcnet": rectifier}
 

@@ -30,7 +30,6 @@ from ...lifter.features import ASSUMED_FOCAL, CHANNELS, body_rays, features
 from ..beds import MIN_FRAMES, see
 from ..cases import by_person, scaled
 from ..clips import FPS, Clip, lying, read_clips
-from ..config import Share
 from ..synthetic import (
     CHILDREN,
     PARENTS,
@@ -40,6 +39,7 @@ from ..synthetic import (
     BodyRange,
     Draw,
     MotionRange,
+    Share,
     Spoilt,
     ViewRange,
     detect,

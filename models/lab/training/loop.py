@@ -22,19 +22,30 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveFloat, PositiveInt, ValidationError
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError, needed_for, readable
 from ....pipeline.files.atomic import whole_file, write_text
 from ....pipeline.running.progress import counted
 from ..clips import Clip
-from ..config import Size
+from ..synthetic import Size
 
 Device = Literal["auto", "cpu", "cuda"]
 CHECKPOINT = "checkpoint.pt"
 SAVED_EVERY_S = 60.0  # so much is lost at most when a run is killed
 Net = TypeVar("Net", bound=nn.Module)
+Config = TypeVar("Config", bound=BaseModel)
+
+
+def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
+    """The content as that model; InputError with `where` and the key that is wrong."""
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise InputError("bad-value", ": ".join(filter(None, [where, key, f"{first['msg']}."]))) from None
 
 
 class Schedule(BaseModel):

@@ -17,7 +17,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple, Self
 
@@ -33,11 +32,12 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import geodesic_deg, is_finite
 from ...common.vectors import rotate
 from ..clips import Clip, lying, read_clips, read_rows, subject_of
-from ..config import Share, Size
 from ..synthetic import (
     BodyRange,
     Draw,
     MotionRange,
+    Share,
+    Size,
     Targets,
     View,
     from_vector,
@@ -670,33 +670,32 @@ def train(
     where none are given. InputError when lifted takes are of other people than theirs, or as of `fit`."""
     on = device_of(device)
     torch.manual_seed(config.seed)
-    frames, checks, learns_from = prepare(config, on, clips)
+    clips = clips or {"train": read_clips("train"), "val": read_clips("val")}
+    takes = lifted_takes(config, clips)
+    frames = TrainingFrames(clips["train"], config.mixture, takes.get("train"), config.targets, on)
+    checks = validation(clips["val"], takes.get("val"), config.targets, on)
+    arrays = [array for lifted in takes.values() for array in (lifted.joints, lifted.R)]
     net = PCNet(config.net, config.bf16).to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
-    losses = partial(loss_of, net, frames, config)
+
+    def loss_of(step: int) -> Tensor:
+        batch = frames.batch(Draw(config.seed, step, on), config.batch)
+        return total(net, net(batch.joints, batch.valid), batch)
 
     def look(average: PCNet) -> dict[str, float]:
         return check(Deployed(average, config.symmetric), checks)
 
-    deployed = Deployed(fit(net, matrices, config, learns_from, losses, look, output), config.symmetric)
+    best = fit(net, matrices, config, fingerprint(clips, *arrays), loss_of, look, output)
+    deployed = Deployed(best, config.symmetric)
     calibrate(deployed, checks.get("lifted", checks["paper"]))
     print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
     export(deployed, output / f"{config.name}.onnx", targets=config.targets, name=config.name)
     return deployed.cpu()
 
 
-def loss_of(net: PCNet, frames: TrainingFrames, config: TrainConfig, step: int) -> Tensor:
-    """Of the batch of a step."""
-    batch = frames.batch(Draw(config.seed, step, frames.device), config.batch)
-    return total(net, net(batch.joints, batch.valid), batch)
-
-
-def prepare(
-    config: TrainConfig, device: torch.device, clips: Mapping[str, Sequence[Clip]] | None = None
-) -> tuple[TrainingFrames, dict[str, Frames], str]:
-    """What a config learns from, what it is validated on, and the fingerprint of both. InputError when lifted takes are
-    of people of another part."""
-    clips = clips or {"train": read_clips("train"), "val": read_clips("val")}
+def lifted_takes(config: TrainConfig, clips: Mapping[str, Sequence[Clip]]) -> dict[str, Lifted]:
+    """{"train", "val": the config's lifted takes}, where it has some. InputError when they are of people of another
+    part."""
     takes: dict[str, Lifted] = {}
     for part, paths in (("train", config.lifted), ("val", config.lifted_val)):
         if paths:
@@ -707,10 +706,7 @@ def prepare(
                     "files-apart",
                     f"Expected lifted takes of {part} subjects alone, got some of {', '.join(strange)}.",
                 )
-    frames = TrainingFrames(clips["train"], config.mixture, takes.get("train"), config.targets, device)
-    checks = validation(clips["val"], takes.get("val"), config.targets, device)
-    arrays = [array for lifted in takes.values() for array in (lifted.joints, lifted.R)]
-    return frames, checks, fingerprint(clips, *arrays)
+    return takes
 
 
 def validation(

@@ -11,7 +11,6 @@ from golden.virtual import walked
 from pcnet3d.models.angle_error.joint_noise import read_noise
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab import beds as module
-from pcnet3d.models.lab import beds as runs
 from pcnet3d.models.lab.beds import Configuration, at_rate, finished, laid_down, see, write_takes
 from pcnet3d.models.lab.clips import Clip, trunk_lean_deg
 from pcnet3d.models.lab.evaluation import errors as report
@@ -63,8 +62,8 @@ def test_a_laid_body_lies_and_moves_as_before():
 
 def test_the_command_writes_plain_arrays_and_none_by_a_lifter_that_saw_the_subjects(tmp_path, monkeypatch):
     clips = [clip(), clip("09_02", 20), clip("09_03", 40)]
-    monkeypatch.setattr(runs, "read_clips", lambda subjects: clips)
-    judged = runs.finished(runs.Configuration(), [runs.EvaluationSet("train", "train")])
+    monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
+    judged = finished(Configuration(), [module.EvaluationSet("train", "train")])
     for lift in (lambda: write_takes("train", tmp_path / "takes.npz"), lambda: next(judged)):
         with refused("files-apart"):
             lift()

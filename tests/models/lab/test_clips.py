@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.clips import Clip, data_folder, data_set, lying, person, read_clips, read_mocap
+from pcnet3d.models.lab.clips import Clip, data_folder, lying, person, read_clips, read_mocap
 from pcnet3d.models.lab.data import write_mocap
 from pcnet3d.pipeline import H36M17
 from refusals import refused
@@ -117,24 +117,3 @@ def test_a_subject_in_two_parts_is_refused(folder):
     (folder / "splits.json").write_text(json.dumps(SPLIT | {"cmu_mocap": split}))
     with refused("wrong-content", "01 is in train and test"):
         read_clips("train", folder)
-
-
-MINUTES_AND_PEOPLE = {  # of the third edition, by its README
-    ("train", "cmu"): (43.9, 22), ("train", "accad"): (19.4, 2), ("train", "tennis"): (29.1, 10),
-    ("val", "cmu"): (2.9, 5), ("val", "accad"): (8.6, 1), ("val", "tennis"): (9.0, 3),
-    ("test", "cmu"): (12.5, 9), ("tennis", "tennis"): (8.3, 3),
-}  # fmt: skip
-
-
-@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
-def test_the_real_parts_have_their_minutes_and_people_and_nobody_is_in_two(data):
-    real = {part: read_clips(part, data) for part in ("train", "val", "test", "tennis")}
-    held = {(part, data_set(one)) for part, clips in real.items() for one in clips}
-    assert held == MINUTES_AND_PEOPLE.keys()
-    for (part, of), (length, people) in MINUTES_AND_PEOPLE.items():
-        clips = [one for one in real[part] if data_set(one) == of]
-        assert sum(map(len, clips)) / 1800 == pytest.approx(length, abs=0.06)
-        assert len({person(one) for one in clips} - {None}) == people
-    parts = [{person(one) for one in clips} for clips in real.values()]
-    assert len(set().union(*parts)) == sum(map(len, parts))
-    assert all(None not in part for part in parts[1:])

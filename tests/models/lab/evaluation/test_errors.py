@@ -219,21 +219,6 @@ def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact):
 
 
 @pytest.mark.data
-def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_told(
-    exact, monkeypatch, tmp_path
-):
-    """Of one take of one person, in whichever configuration."""
-    monkeypatch.setattr(module, "finished", lambda configuration: iter([exact]))
-    names = ["bodies alone", "real take"]
-    of = measured("errors", Configuration(people="test", part=names), tmp_path)["statements"]
-    assert all([*statement] == names for statement in of.values())
-    rows = [row for statement in of.values() for row in statement.values()]
-    assert {tuple(row) for row in rows} == {tuple(rows[0])}
-    assert {"cases", "people", "inside", "low", "p50", "rms", "bar"} <= set(rows[0])
-    assert {(row["people"], np.isnan(row["low"])) for row in rows} == {(1, True)}  # no interval of one person
-
-
-@pytest.mark.data
 @pytest.mark.parametrize(
     ("part", "fit", "code"), [("imagee", False, "name-unknown"), ("capture", True, "needs-input")]
 )

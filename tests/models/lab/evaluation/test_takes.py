@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 from golden.virtual import exact
 from pcnet3d.models.lab.beds import simulated_look
 from pcnet3d.models.lab.clips import Clip
-from pcnet3d.models.lab.evaluation.takes import added, answers, judge, summary, with_heading
+from pcnet3d.models.lab.evaluation.takes import added, answers, judge, summary
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.rotations import transpose
 
 LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))
 SWING_M, FRAMES = 0.1, 75
@@ -80,17 +79,3 @@ def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(seen):
     assert of["tilted", "wrist", "horizontal"] == pytest.approx(off, rel=0.03)
     noise = np.random.default_rng(0).normal(0, 0.02, seen.truth.shape)
     assert dict(added(perfect, seen.truth + noise, seen))["oracle, a take", "ankle", "vertical"] < 1e-5
-
-
-def test_headings_are_turned_and_ups_are_not():
-    rng = np.random.default_rng(0)
-    truth = Rotation.random(rng=rng).as_matrix()
-    R = truth @ Rotation.from_rotvec(rng.normal(0, 0.2, (50, 3))).as_matrix() @ turn([0, 0, 1], 77)
-    for per in ("take", "frame"):
-        turned = with_heading(R, truth, per)
-        np.testing.assert_allclose(turned[..., 2], R[..., 2], atol=1e-12)
-        D = transpose(turned) @ truth
-        twist = np.arctan2(D[:, 1, 0] - D[:, 0, 1], D[:, 0, 0] + D[:, 1, 1])
-        assert np.abs(twist.mean() if per == "take" else twist).max() < 1e-2
-    R[3] = np.nan
-    assert np.isfinite(with_heading(R, truth)[4:]).all()
