@@ -4,7 +4,7 @@ The first line names the columns, in any order and case; further columns are lef
     time_s   seconds
     ax ay az specific force in the sensor's axes, m/s^2 or g (told apart by the mean norm, which is one g)
     qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up
-Lines that begin with # are comments; kit/tables.py says how cells are separated and what is missing.
+kit/tables.py says how cells are separated and what is missing.
 
 An accelerometer measures specific force: acceleration minus gravity, so that at rest it reads one g upwards. Rotated by
 the sensor's own orientation into a world whose z points up and less that g, it is the acceleration of the place it is

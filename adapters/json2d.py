@@ -116,8 +116,7 @@ def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]
                 f"{where}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
                 "another image; keep each video's keypoints in a file of their own.",
             )
-        if (moment := moments.of({"file_name": name}, where)) is not None:
-            yield moment, entry, where
+        yield moments.of({"file_name": name}, where), entry, where
 
 
 def _by_image(content: Any) -> bool:

@@ -1,8 +1,8 @@
 """MediaPipe Pose's world landmarks, as people save them, for there is no official writer (formats.md 5).
 
-A table has x, y, z (and visibility) of 33 landmarks in one row a frame, with or without a header, or one row a
-landmark. JSON is a list of frames, or an object that holds one, and a frame has `pose_world_landmarks` (under a name of
-`_WORLD`) of one person or of several, or is the 33 landmarks itself. An array is (frames, 33, 3 or 4).
+A table has x, y, z (and visibility) of 33 landmarks in one row a frame, or one row a landmark. JSON is a list of
+frames, or an object that holds one, and a frame has `pose_world_landmarks` (under a name of `_WORLD`) of one person or
+of several, or is the 33 landmarks itself. An array is (frames, 33, 3 or 4).
 
 World landmarks are metres in camera axes (z negative towards the camera), the middle of the hips at the origin of
 every frame, so that the body does not move through space. Image landmarks are shares of the image's width and
@@ -72,7 +72,7 @@ def sniff(path: Path) -> bool:
         return _off_origin(array[..., :3]) < _ROOT_M
     content = beginning(path)
     if content is None:
-        header = header_of(path, _headerless)
+        header = header_of(path)
         if header is None or header.dims != 3:
             return False
         landmarks = header.label is None or plain(header.names[header.label]).startswith("landmark")
@@ -92,25 +92,24 @@ def sniff(path: Path) -> bool:
     return False
 
 
-def read(path: Path, recording: str | None = None) -> tuple[PoseSequence, ...]:
+def read(path: Path) -> tuple[PoseSequence, ...]:
     """One sequence a person, joined from frame to frame: BLAZEPOSE33 in camera axes, metres.
 
-    recording: of several in one table the one to read, by the name that it has there. Frame numbers and times are those
-    of the file (kit/clock.py); with times alone the numbers are counted by these, so that frames which were dropped
-    leave a gap. A frame whose numbers are all -1, as some write for nobody, or all missing has no row, but counts.
-    Raises InputError for image landmarks and for files of another form.
+    Frame numbers and times are those of the file (kit/clock.py); with times alone the numbers are counted by these, so
+    that frames which were dropped leave a gap. A frame whose numbers are all -1, as some write for nobody, or all
+    missing has no row, but counts. Raises InputError for image landmarks and for files of another form.
     """
     sightings, clock = People(str(path)), None
     content = beginning(path)
     if isinstance(content, dict) and _key(content, _IMAGE[:1]) and not _key(content, _WORLD):
         raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
     if content is not None:
-        clock = _json(path, sightings, recording)
+        clock = _json(path, sightings)
     elif peek(path, *_SHAPES) is not None:
         for frame, values in enumerate(plain_array(path, *_SHAPES)):
             _add(sightings, frame, values)
     else:
-        clock = _table(path, sightings, recording)
+        clock = _table(path, sightings)
     if (off := _off_origin(sightings.points)) > _ROOT_M:
         raise InputError(
             "wrong-axes",
@@ -141,25 +140,13 @@ def _off_origin(joints: np.ndarray) -> float:
     return float(np.median(np.linalg.norm(hips, axis=1))) if len(hips) else 0.0
 
 
-def _headerless(width: int) -> list[str] | None:
-    """Names of the columns of a table without a header; some write a clock before the landmarks."""
-    for clocks in range(3):
-        each_, odd = divmod(width - clocks, COUNT)
-        if each_ in (3, 4, 5) and not odd:
-            axes = [*_AXES, "presence"][:each_]
-            return [f"unnamed_{i}" for i in range(clocks)] + [
-                f"{axis}_{i}" for i in range(COUNT) for axis in axes
-            ]
-    return None
-
-
 def _order(points: set[str] | tuple[str, ...]) -> list[str] | None:
     """The landmarks of a table in their order, by MediaPipe's names or by their numbers; None where one lacks."""
     return next((order for order in (_NAMES, [*map(str, range(COUNT))]) if {*order} <= {*points}), None)
 
 
-def _table(path: Path, sightings: People, recording: str | None) -> Clock:
-    held = read_points(path, "a table of MediaPipe's 33 landmarks", _headerless, recording)
+def _table(path: Path, sightings: People) -> Clock:
+    held = read_points(path, "a table of MediaPipe's 33 landmarks")
     order = _order(held.names)
     if order is None:
         raise InputError(
@@ -173,9 +160,9 @@ def _table(path: Path, sightings: People, recording: str | None) -> Clock:
     return held.clock
 
 
-def _json(path: Path, sightings: People, recording: str | None) -> Clock:
+def _json(path: Path, sightings: People) -> Clock:
     """Everybody in the file; a frame without anybody counts."""
-    moments, expected = Moments(str(path), recording), f"a frame with {' or '.join(_WORLD[:2])}"
+    moments, expected = Moments(str(path)), f"a frame with {' or '.join(_WORLD[:2])}"
     for moment, entry, where in frames(path, "MediaPipe's landmarks", expected, moments, _is_frame):
         if isinstance(entry, list) and entry and isinstance(entry[0], dict) and _key(entry[0], _WORLD):
             entry = {_WORLD[0]: [person[_key(person, _WORLD) or ""] for person in entry]}

@@ -37,15 +37,15 @@ def sniff(path: Path) -> bool:
 
 
 def read(
-    path: Path, track: bool = False, image_size: tuple[int, int] | None = None, recording: str | None = None
+    path: Path, track: bool = False, image_size: tuple[int, int] | None = None
 ) -> tuple[PoseSequence, ...]:
     """One sequence a person, by the name that the table gives, or joined from frame to frame by nearness.
 
     track: ignore the names and join people by nearness all the same. image_size: width and height in pixels, for
-    coordinates that are shares of them; a run takes those of its video, or of read.image_size. recording: of several in
-    one table the one to read. InputError for a table without hips, knees, ankles, shoulders, elbows and wrists.
+    coordinates that are shares of them; a run takes those of its video, or of read.image_size. InputError for a table
+    without hips, knees, ankles, shoulders, elbows and wrists.
     """
-    held = read_points(path, "a table of 2D keypoints", recording=recording)
+    held = read_points(path, "a table of 2D keypoints")
     named, layouts = joints_named(held.names), IN_2D
     if set(LIMBS) <= named.keys():
         layouts, columns = (Layout("table", tuple(named)),), list(named.values())

@@ -18,7 +18,7 @@ from ..pipeline.core.pose import PoseSequence
 from . import freemocap, mediapipe, mhr70
 from .kit.names import joints_named
 from .kit.people import People
-from .kit.tables import header_of, read_points
+from .kit.tables import column_names, header_of, read_points
 from .kit.world import Maker, maker, standing_frame
 
 name = "table3d"
@@ -37,8 +37,13 @@ def sniff(path: Path) -> bool:
 
 
 def lacks(path: Path) -> str:
-    """The limbs that a table of others of a body's joints has not; "" for anything else. Never raises."""
+    """The limbs that a table of others of a body's joints has not, or that it names no columns; "" for anything else.
+    Never raises."""
     header = header_of(path)
+    if header is None and len(numbers := column_names(path)) > len(LIMBS) and all(map(_is_number, numbers)):
+        return (
+            "its first line names no columns; put a line such as frame,x0,y0,z0,x1,y1,z1 and so on before it"
+        )
     named = {} if header is None or header.dims != 3 else joints_named(sorted(header.points))
     missing = [joint for joint in LIMBS if joint not in named]
     return f"it has no {', '.join(missing)}" if 0 < len(missing) < len(LIMBS) else ""
@@ -50,16 +55,15 @@ def read(
     unit: str | None = None,
     track: bool = False,
     made_by: Maker | None = None,
-    recording: str | None = None,
 ) -> tuple[PoseSequence, ...]:
     """One sequence a person, by the name that the table gives, or joined from frame to frame by nearness.
 
     up: "z" or "y", the axis of a world that is up, or "camera" for x right, y down, z away. unit: "m", "cm" or "mm".
-    track: ignore the names of people. made_by: "measured" or "estimated", which the file does not say. recording: of
-    several in one table the one to read. InputError for a table without hips, knees, ankles, shoulders, elbows and
-    wrists, and where neither the body nor an option tells the axes and the unit.
+    track: ignore the names of people. made_by: "measured" or "estimated", which the file does not say. InputError for a
+    table without hips, knees, ankles, shoulders, elbows and wrists, and where neither the body nor an option tells the
+    axes and the unit.
     """
-    held = read_points(path, "a table of 3D joints", recording=recording)
+    held = read_points(path, "a table of 3D joints")
     named = joints_named(held.names)
     if missing := [joint for joint in LIMBS if joint not in named]:
         raise InputError(
@@ -77,3 +81,7 @@ def read(
     frame = standing_frame(sightings.points, layout, up, unit, str(path))
     people = sightings.poses(layout, frame, held.clock, placed=True)
     return tuple(poses.with_(made_by=maker(made_by)) for poses in people)
+
+
+def _is_number(cell: str) -> bool:
+    return cell.lstrip("+-")[:1].isdigit()

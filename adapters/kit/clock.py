@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
+from posixpath import dirname
 from typing import Any
 
 import numpy as np
@@ -51,10 +52,8 @@ _LIKE = re.compile(
 _UNNAMED = re.compile(r"(unnamed(_\d+)?)?")  # as pandas writes and reads the index of its rows
 
 _USUAL_HZ = (4.0, 500.0)  # rows a second by which a unit shows; no two units fit one step
-# Whole numbers in steps of up to _STRIDE count frames; in steps of _MILLISECONDS and more they are times.
-_STRIDE, _MILLISECONDS = 5, 12
+_MILLISECONDS = 12  # steps of whole numbers from which on they are times
 _CALENDAR_S = 1e6  # later times are a calendar's, and are counted from the first one
-_CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:\.\d*)?)")
 
 
 @lru_cache(1 << 12)
@@ -102,43 +101,32 @@ class Clock:
 
 class Moments:
     """When the people of a file were seen. It gets the file's rows one by one, numbers their moments from 0 on, and
-    makes a `Clock` of them once all are read.
+    makes a `Clock` of them once all are read."""
 
-    recording: the one of several in the file that counts.
-    """
-
-    def __init__(self, where: str, recording: str | None = None) -> None:
-        self._where, self._wanted = where, recording
+    def __init__(self, where: str) -> None:
+        self._where = where
         self._rows: list[dict[str, Any]] = []  # by moment, what its first row says of it
-        self._numbers: dict[tuple[Any, ...], int] = {}  # of the moments that say when they were
+        self._numbers: dict[frozenset[tuple[str, Any]], int] = {}  # of the moments that say when they were
         self._silent: dict[str | None, int] = {}  # the last moment of each person that does not
-        self._recordings: dict[str, None] = {}
-        self._values: dict[str, list[Any]] = {}  # of each field, by moment, while a clock is made
         self._rate: float | None = None
 
-    def of(self, row: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
-        """The number of a row's moment; rows without frame or time are numbered on, for each person separately. None
-        for a row of another recording.
+    def of(self, row: Mapping[str, Any], where: str, person: str | None = None) -> int:
+        """The number of a row's moment; rows without frame or time are numbered on, for each person separately.
 
         row: its values under any names; what is no clock's does not matter. where: which row it is, for errors.
         InputError for a frame that is no whole number.
         """
         fields: dict[str, Any] = {}
-        kinds: dict[str, list[Any]] = {}  # the values of each kind
         for name, value in row.items():
             kind = kind_of(name)
             if kind == "rate":
                 self.state(name, value)
             elif kind not in ("", "person") and isinstance(value, str | int | float | None):
                 fields[name] = _whole(value, name, where) if kind == "frame" else value
-                kinds.setdefault(kind, []).append(fields[name])
-        recordings = {str(value) for kind in ("recording", "image") for value in kinds.get(kind, ())}
-        if self._wanted is not None and recordings and self._wanted not in recordings:
-            self._recordings |= dict.fromkeys(sorted(recordings))
-            return None
+        kinds = {kind_of(name) for name in fields}
         # Of a frame the times may differ from row to row.
-        tell = ("frame", "image") if "frame" in kinds or "image" in kinds else ("time", "unnamed")
-        key = tuple(value for kind in (*tell, "recording") for value in kinds.get(kind, ()))
+        tell = {"frame", "image"} if kinds & {"frame", "image"} else {"time", "unnamed"}
+        key = frozenset(item for item in fields.items() if kind_of(item[0]) in {*tell, "recording"})
         if key:
             number = self._numbers.setdefault(key, len(self._rows))
         else:
@@ -157,127 +145,120 @@ class Moments:
             self._rate = rate
 
     def clock(self) -> Clock:
-        """The clock of all moments, which are let go then. InputError for frames that are no whole numbers, for times
-        that do not increase with them, and for several recordings of which none was chosen."""
-        if self._wanted is not None and not self._rows:
-            raise InputError(
-                "name-unknown",
-                f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
-            )
+        """The clock of all moments. InputError for frames that are no whole numbers, for times that do not increase
+        with them, and for several recordings."""
         names = dict.fromkeys(name for row in self._rows for name in row)
-        self._values, count = {name: [row.get(name) for row in self._rows] for name in names}, len(self._rows)
-        self._rows.clear()
-        self._check_one_recording()
-        frame_name, frames = self._frames()
-        time_name, time_s = self._times()
-        notices = [
-            notice("clock-not-used", column=name or "(the column without a name)")
-            for name in names
-            if name not in (frame_name, time_name)
-            and self._like(name, frames)
-            and not (time_name and kind_of(name) == "time")
-        ]
-        self._values.clear()
-        self._numbers.clear()
-        index = np.arange(count) if frames is None else frames
-        if frames is None and time_s is not None:
-            index = self._counted(time_s)
-        elif time_s is not None:
-            order = np.argsort(index, kind="stable")
-            wrong = np.flatnonzero(np.diff(time_s[order]) <= 0)
-            if len(wrong):
-                row = int(order[wrong[0] + 1])
-                raise InputError(
-                    "times-broken",
-                    f"{self._where}: expected '{time_name}' to increase from frame to frame, got {time_s[row]:.6g} s "
-                    f"at frame {index[row]}; correct it, or leave it out and give the frame rate (--fps).",
-                )
+        columns = {name: [row.get(name) for row in self._rows] for name in names}
+        self._refuse_several_recordings(columns)
+        frame_name, frames = self._frames(columns)
+        time_name, time_s = _times(columns)
+        if frames is not None:
+            index = frames
+            self._check_order(index, time_s, time_name)
+        else:
+            index = np.arange(len(self._rows)) if time_s is None else _counted(time_s)
         if time_s is None and self._rate is not None:
             time_s = index / self._rate
+        unused = (
+            name
+            for name, values in columns.items()
+            if name not in (frame_name, time_name)
+            and not (time_name and kind_of(name) == "time")
+            and _like_a_clock(name, values, frames)
+        )
+        notices = (notice("clock-not-used", column=name or "(the column without a name)") for name in unused)
         return Clock(index, time_s, frames is not None, tuple(notices))
 
-    def _check_one_recording(self) -> None:
-        for name in (*of_kind("recording", self._values), *of_kind("image", self._values)):
-            values = [str(value) for value in self._values[name] if value is not None]
+    def _refuse_several_recordings(self, columns: Mapping[str, list[Any]]) -> None:
+        for name in (*of_kind("recording", columns), *of_kind("image", columns)):
+            values = [str(value) for value in columns[name] if value is not None]
             names = list(dict.fromkeys(values))
-            numbers = kind_of(name) == "image" and all(isinstance(v, int | float) for v in self._values[name])
-            if 1 < len(names) < len(values) and self._wanted is None and not numbers:
+            numbers = kind_of(name) == "image" and all(isinstance(v, int | float) for v in columns[name])
+            if 1 < len(names) < len(values) and not numbers:
                 raise InputError(
-                    "choose-entry",
-                    f"{self._where} holds {len(names)} recordings, by '{name}': {', '.join(names[:6])}; choose one "
-                    "with recording=NAME (-O recording=NAME, of --keypoints --set keypoints.recording=NAME).",
+                    "files-apart",
+                    f"{self._where} holds {len(names)} recordings, by '{name}': {', '.join(names[:6])}; keep each in a "
+                    "file of its own.",
                 )
 
-    def _frames(self) -> tuple[str | None, np.ndarray | None]:
+    def _frames(self, columns: Mapping[str, list[Any]]) -> tuple[str | None, np.ndarray | None]:
         """The field that numbers the frames, and the numbers (M,)."""
-        for name in of_kind("frame", self._values):
-            if (numbers := _numbers(self._values[name])) is not None:
+        for name in of_kind("frame", columns):
+            if (numbers := _numbers(columns[name])) is not None:
                 return name, numbers.astype(np.int64)
-        for name in of_kind("image", self._values):
-            values = self._values[name]
+        for name in of_kind("image", columns):
+            values = columns[name]
             numbered = len(values) > 1 or re.search(r"\d", str(values[0]))
             if numbered and len(set(values)) == len(values):
                 return name, self._numbered(values)
-        for name in of_kind("unnamed", self._values):
-            numbers = _numbers(self._values[name])
-            if numbers is not None and _shows(numbers) == "frames" and not _counts_rows(numbers):
+        for name in of_kind("unnamed", columns):
+            numbers = _numbers(columns[name])
+            increasing = numbers is not None and (numbers % 1 == 0).all() and (np.diff(numbers) > 0).all()
+            if numbers is not None and increasing and not _counts_rows(numbers):
                 return name, numbers.astype(np.int64)
         return None, None
 
-    def _numbered(self, values: Sequence[Any]) -> np.ndarray:
+    def _numbered(self, images: Sequence[Any]) -> np.ndarray:
         """Numbers of images by their names. InputError for one that has none, and for two images of one number."""
         names: dict[int, str] = {}
-        folder: str | None = None
-        for value in values:
-            number, text = frame_number(value, self._where), str(value)
-            parent = text.replace("\\", "/").rpartition("/")[0]
-            folder = parent if folder is None else folder
-            other = names.setdefault(number, text)
-            if other != text or parent != folder:
-                beside = other if other != text else next(iter(names.values()))
+        for image in images:
+            text = str(image).replace("\\", "/")
+            other = names.setdefault(frame_number(image, self._where), text)
+            first = next(iter(names.values()))
+            if other != text or dirname(first) != dirname(text):
                 raise InputError(
                     "files-apart",
                     f"{self._where}: expected the images of one video, in one folder, each with a number of its own, "
-                    f"got {text} beside {beside}; keep each video's keypoints in a file of their own.",
+                    f"got {text} beside {other if other != text else first}; keep each video's keypoints in a file of "
+                    "their own.",
                 )
         return np.array(list(names), dtype=np.int64)
 
-    def _times(self) -> tuple[str | None, np.ndarray | None]:
-        """The field of the times, and seconds (M,)."""
-        for name in (*of_kind("time", self._values), *of_kind("unnamed", self._values)):
-            values = _numbers(self._values[name])
-            if values is None:
-                continue
-            unit = _SECONDS.get(plain(name))
-            if unit is None:
-                texts = any(isinstance(value, str) and ":" in value for value in self._values[name])
-                unit = 1.0 if texts else _shows(values)
-            if isinstance(unit, float):
-                seconds = values * unit
-                return name, seconds - seconds[0] if np.abs(seconds).max() > _CALENDAR_S else seconds
-        return None, None
+    def _check_order(self, index: np.ndarray, time_s: np.ndarray | None, name: str | None) -> None:
+        """InputError for times that do not increase with the frames."""
+        order = np.argsort(index, kind="stable")
+        wrong = [] if time_s is None else order[1:][np.diff(time_s[order]) <= 0]
+        if time_s is not None and len(wrong):
+            raise InputError(
+                "times-broken",
+                f"{self._where}: expected '{name}' to increase from frame to frame, got {time_s[wrong[0]]:.6g} s at "
+                f"frame {index[wrong[0]]}; correct it, or leave it out and give the frame rate (--fps).",
+            )
 
-    @staticmethod
-    def _counted(time_s: np.ndarray) -> np.ndarray:
-        """Frame numbers from 0 by the times: a step of about n usual ones is n frames."""
-        order = np.argsort(time_s, kind="stable")
-        steps = np.diff(time_s[order])
-        if not len(steps):
-            return np.zeros(len(time_s), dtype=np.int64)
-        # The median is of rounded times (33, 33, 34 ms), which over a long gap would miss frames; the mean is not.
-        median = np.percentile(steps, 50, method="lower")  # one of them, where two kinds of steps alternate
-        usual = steps[np.rint(steps / median) == 1].mean()
-        index = np.empty(len(time_s), dtype=np.int64)
-        index[order] = np.cumsum([0, *np.fmax(np.rint(steps / usual), 1)])
-        return index
 
-    def _like(self, name: str, frames: np.ndarray | None) -> bool:
-        """Whether a field that is not used may well be a clock: it increases, and says more than how many rows there
-        are, or which frame a row is."""
-        values = _numbers(self._values[name])
-        if values is None or len(values) < 3 or not (np.diff(values) > 0).all():
-            return kind_of(name) == "time" and len(set(self._values[name])) > 1
-        return not _counts_rows(values) and not (frames is not None and len(set(values - frames)) == 1)
+def _times(columns: Mapping[str, list[Any]]) -> tuple[str | None, np.ndarray | None]:
+    """The field of the times, and seconds (M,)."""
+    for name in of_kind("time", columns):
+        if (values := _numbers(columns[name])) is None:
+            continue
+        dates = any(isinstance(value, str) and ":" in value for value in columns[name])
+        if unit := 1.0 if dates else _SECONDS[plain(name)] or _seconds_of_one(values):
+            seconds = values * unit
+            return name, seconds - seconds[0] if np.abs(seconds).max() > _CALENDAR_S else seconds
+    return None, None
+
+
+def _counted(time_s: np.ndarray) -> np.ndarray:
+    """Frame numbers from 0 by the times: a step of about n usual ones is n frames."""
+    order = np.argsort(time_s, kind="stable")
+    steps = np.diff(time_s[order])
+    if not len(steps):
+        return np.zeros(len(time_s), dtype=np.int64)
+    # The median is of rounded times (33, 33, 34 ms), which over a long gap would miss frames; the mean is not.
+    median = np.percentile(steps, 50, method="lower")  # one of them, where two kinds of steps alternate
+    usual = steps[np.rint(steps / median) == 1].mean()
+    index = np.empty(len(time_s), dtype=np.int64)
+    index[order] = np.cumsum([0, *np.fmax(np.rint(steps / usual), 1)])
+    return index
+
+
+def _like_a_clock(name: str, values: Sequence[Any], frames: np.ndarray | None) -> bool:
+    """Whether a field that is not used may well be a clock: it increases, and says more than how many rows there are,
+    or which frame a row is."""
+    numbers = _numbers(values)
+    if numbers is None or len(numbers) < 3 or not (np.diff(numbers) > 0).all():
+        return kind_of(name) == "time" and len(set(values)) > 1
+    return not _counts_rows(numbers) and not (frames is not None and len(set(numbers - frames)) == 1)
 
 
 def _whole(value: Any, name: str, where: str) -> int:
@@ -290,22 +271,15 @@ def _whole(value: Any, name: str, where: str) -> int:
 
 
 def _number(value: Any) -> float | None:
-    """A number, or the seconds of a time of day or a calendar's; None for anything else."""
-    if isinstance(value, bool) or value is None:
+    """A number, or the seconds of a date and its time; None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
         return None
-    try:
-        return float(value)
-    except (OverflowError, TypeError):
-        return None
-    except ValueError:
-        pass
-    if match := _CLOCK.fullmatch(value.strip().replace(",", ".")):
-        hours, minutes, seconds = (float(part or 0) for part in match.groups())
-        return 3600 * hours + 60 * minutes + seconds
-    try:
-        return datetime.fromisoformat(value.strip()).timestamp()
-    except ValueError:
-        return None
+    for parse in (float, lambda text: datetime.fromisoformat(text.strip()).timestamp()):
+        try:
+            return parse(value)
+        except (ValueError, OverflowError):
+            continue
+    return None
 
 
 def _numbers(values: Sequence[Any]) -> np.ndarray | None:
@@ -320,15 +294,12 @@ def _counts_rows(values: np.ndarray) -> bool:
     return bool(values[0] in (0, 1) and (np.diff(values) == 1).all())
 
 
-def _shows(values: np.ndarray) -> str | float | None:
-    """What increasing values without a unit are: "frames", or the seconds of their unit; None where neither shows."""
+def _seconds_of_one(values: np.ndarray) -> float | None:
+    """The unit of increasing times, by how many of the usual step make a second; None where it does not show."""
     steps = np.diff(values)
     if not len(steps) or not (steps > 0).all():
         return None
-    least, whole = steps.min(), (values == np.rint(values)).all()
-    if whole and least <= _STRIDE:
-        return "frames" if (steps % least == 0).all() else None
-    if whole and least < _MILLISECONDS:
+    if (values == np.rint(values)).all() and steps.min() < _MILLISECONDS:
         return None
     usual = float(np.median(steps))
     fits = (unit for unit in _UNITS if unit and _USUAL_HZ[0] <= 1 / (usual * unit) <= _USUAL_HZ[1])

@@ -121,8 +121,7 @@ def frames(
             entry = load(file, what)
             if not is_frame("", entry):
                 raise InputError("wrong-content", f"{file}: expected {expected}, got {entry!r:.60}.")
-            if (moment := moments.of({"frame": number}, str(file))) is not None:
-                yield moment, entry, str(file)
+            yield moments.of({"frame": number}, str(file)), entry, str(file)
         return
     listed, count = None, 0
     for key, entry in each(path, what):
@@ -142,8 +141,7 @@ def frames(
             fields = {"frame": 0}  # everybody of one image
         elif re.search(r"[\d.]", key):  # an object of images by their names
             fields = fields | {"frame_name": key}
-        if (moment := moments.of(fields, where)) is not None:
-            yield moment, entry, where
+        yield moments.of(fields, where), entry, where
     if listed is None:
         raise InputError(
             "format-unknown", f"{path}: expected {what} in a list of people or of frames, found none."

@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import re
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -37,8 +37,6 @@ _STACKED = ("scorer", "individuals", "bodyparts", "coords")  # what lines of Dee
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "none", "null", "nil", "-"}
 _PEEK_BYTES = 1 << 16
 
-Names = Callable[[int], Sequence[str] | None]  # of the columns of a table without a header, by their number
-
 
 @dataclass(frozen=True, eq=False)
 class Points:
@@ -62,16 +60,17 @@ class _Column:
 
 @dataclass(frozen=True)
 class Header:
-    """Where a table has what. names: of all columns, as they are written; values: those of coordinates; label: the one
-    that names the point of a row, None where a row has all points; person, clocks: those that say whose and when."""
+    """Where a table has what. names: of all columns, as they are written; values: those of coordinates; lines: before
+    the first row; label: the column that names the point of a row, None where a row has all points; person, clocks:
+    those that say whose and when."""
 
     names: tuple[str, ...]
     values: dict[int, _Column]
-    label: int | None
-    person: int | None
-    clocks: tuple[int, ...]
     delimiter: str
     lines: int
+    label: int | None = None
+    person: int | None = None
+    clocks: tuple[int, ...] = (0,)
     labels: frozenset[str] = frozenset()
 
     @property
@@ -89,92 +88,99 @@ class Header:
         return 3 if {0, 1, 2} <= axes else 2 if {0, 1} <= axes else 0
 
 
-def header_of(path: Path, names: Names = lambda width: None) -> Header | None:
+def header_of(path: Path) -> Header | None:
     """What the first lines of a text say of a table of points; None for anything else. Never raises."""
-    lines = first_lines(path, _PEEK_BYTES)
-    header = _header(lines, names)
+    lines = [line for line in first_lines(path, _PEEK_BYTES) if line.strip()]
+    if not lines or lines[0].lstrip("\ufeff ")[:1] in "{[":  # JSON, a line of which may have 100,000 commas
+        return None
+    delimiter = _delimiter(lines[0])
+    rows = [_cells(line, delimiter) for line in lines[: len(_STACKED) + 1]]
+    stacked = {row[0].lower(): row[1:] for row in rows if row and row[0].lower() in _STACKED}
+    header = _stacked(stacked, delimiter) if stacked else _named(rows[0], delimiter)
     if header is None or header.label is None:
         return header
-    rows = (_cells(line, header.delimiter) for line in lines[header.lines : -1] if line.strip())
-    return replace(header, labels=frozenset(_row_label(row, header) for row in rows))
+    labels = (_row_label(_cells(line, delimiter), header) for line in lines[1:-1])
+    return replace(header, labels=frozenset(labels))
 
 
-def read_points(
-    path: Path,
-    what: str,
-    names: Names = lambda width: None,
-    recording: str | None = None,
-    only: Mapping[str, tuple[str, ...]] | None = None,
-) -> Points:
-    """Everybody in a table. names: of columns, where it has no header. recording: of several in it the one to read.
-    only: cells of columns by their names, where they are there; rows with other cells are left out.
+def read_points(path: Path, what: str, only: Mapping[str, tuple[str, ...]] | None = None) -> Points:
+    """Everybody in a table. only: cells of columns by their names, where they are there; rows with other cells are left
+    out.
 
     InputError, saying that `what` was expected, for what is no table of points, for a cell that is no number, and as
     for `Moments`.
     """
-    with opened_text(path, what) as file:
-        header = _header([file.readline(_PEEK_BYTES) for _ in range(len(_STACKED) + 1)], names)
-        if header is None:
-            raise InputError(
-                "wrong-content", f"Expected {what} in {path}, got no table with columns of points."
-            )
-        file.seek(0)
-        wanted = {
-            header.names.index(name): cells for name, cells in (only or {}).items() if name in header.names
-        }
-        rows = csv.reader(file, delimiter=header.delimiter, skipinitialspace=True)
-        kept = (
-            (f"{path}, line {line}", row)
-            for line, row in enumerate(rows, 1)
-            if line > header.lines
-            and any(map(str.strip, row))
-            and all(_cell(row, column) in cells for column, cells in wanted.items())
-        )
-        try:
-            return _read(kept, header, Moments(str(path), recording))
-        except csv.Error:
-            raise InputError(
-                "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
-            ) from None
+    header, moments = header_of(path), Moments(str(path))
+    if header is None:
+        raise InputError("wrong-content", f"Expected {what} in {path}, got no table with columns of points.")
+    wanted = {header.names.index(name): cells for name, cells in (only or {}).items() if name in header.names}
+    at, data, label_of = array("q"), array("f"), array("q")  # of each row
+    people: list[str | None] = []
+    labels: dict[str, int] = {}  # numbers of the points, where a row is one
+    for where, row in _rows(path, what, header.delimiter, header.lines):
+        if any(_cell(row, column) not in cells for column, cells in wanted.items()):
+            continue
+        cell = _cell(row, header.person)
+        people.append(None if cell.lower() in (*_MISSING, "-1") else cell)
+        clock_cells = {header.names[i]: row[i] for i in header.clocks if i < len(row)}
+        at.append(moments.of(clock_cells, where, people[-1]))
+        data.extend([_number(row, i, header.names, where) for i in header.values])
+        if header.label is not None:
+            label_of.append(labels.setdefault(_row_label(row, header), len(labels)))
+    values = np.frombuffer(data, np.float32).reshape(len(at), len(header.values))
+    if len(set(people)) == len(people) > 2:  # numbers of rows
+        people = [None] * len(people)
+    columns = list(header.values.values())
+    points, sighting, first = tuple(labels), np.arange(len(at)), np.arange(len(at))
+    if header.label is None:
+        points = tuple(dict.fromkeys(column.point for column in columns))
+    else:
+        sighting, first = _sightings(at, people, label_of)
+    everybody = list(dict.fromkeys(column.person for column in columns))  # of rows with several people
+    held = np.full((len(everybody), len(first), len(points), 4), np.nan, np.float32)
+    for i, column in enumerate(columns):
+        point = points.index(column.point) if header.label is None else label_of
+        held[everybody.index(column.person), sighting, point, column.axis] = values[:, i]
+    owners = [people[row] for row in first]
+    if everybody != [None]:
+        owners = [person for person in everybody for _ in first]
+    seen = np.tile(np.asarray(at)[first], len(everybody))
+    return Points(points, held.reshape(len(seen), len(points), 4), seen, tuple(owners), moments.clock())
 
 
 def column_names(path: Path) -> list[str]:
-    """The names in lower case, by the first line that is no comment (#); none of anything else. Never raises."""
-    lines = (line for line in first_lines(path, _PEEK_BYTES) if line.strip() and not line.startswith("#"))
-    first = next(lines, "")
+    """The names in a table's first line, in lower case; none of anything else. Never raises."""
+    first = next(iter(first_lines(path, _PEEK_BYTES)), "")
     return [name.lower() for name in _cells(first, _delimiter(first))]
 
 
 def read_columns(path: Path, what: str, wanted: Sequence[str]) -> dict[str, np.ndarray]:
     """Columns of numbers (T,) by their lower-case names, those of `wanted` that are there, NaN where a cell is missing.
-    Lines that begin with # are comments. InputError, saying that `what` was expected, for a cell that is no number."""
+    InputError, saying that `what` was expected, for a cell that is no number."""
     names = column_names(path)
+    columns = {name: names.index(name) for name in wanted if name in names}
+    delimiter = _delimiter(next(iter(first_lines(path, _PEEK_BYTES)), ""))
+    rows = [
+        [_number(row, column, names, where) for column in columns.values()]
+        for where, row in _rows(path, what, delimiter, 1)
+    ]
+    return dict(
+        zip(columns, np.array(rows, dtype=np.float64).reshape(len(rows), len(columns)).T, strict=True)
+    )
+
+
+def _rows(path: Path, what: str, delimiter: str, header_lines: int) -> Iterator[tuple[str, list[str]]]:
+    """Where each row behind the header is, and its cells, numbers with decimal points."""
     with opened_text(path, what) as file:
-        lines = [(at, line) for at, line in enumerate(file, 1) if line.strip() and not line.startswith("#")]
-        delimiter = _delimiter(lines[0][1]) if lines else ","
-        rows = [(f"{path}, line {at}", _cells(line, delimiter)) for at, line in lines[1:]]
-    header = Header(tuple(names), {}, None, None, (), delimiter, 1)
-    return {
-        name: np.array([_number(row, names.index(name), header, where) for where, row in rows])
-        for name in wanted
-        if name in names
-    }
-
-
-def _header(lines: Sequence[str], names: Names) -> Header | None:
-    lines = [line.strip("\r\n") for line in lines if line.strip()]
-    if not lines or lines[0].lstrip("\ufeff ")[:1] in "{[":  # JSON, a line of which may have 100,000 commas
-        return None
-    delimiter = _delimiter(lines[0])
-    rows = [_cells(line, delimiter) for line in lines[: len(_STACKED) + 1]]
-    stacked = [row for row in rows if row and row[0].lower() in _STACKED]
-    if stacked:
-        return _stacked(stacked, delimiter)
-    cells = rows[0]
-    if not all(map(_is_number, cells)):
-        return _named([cells[0].lstrip("# "), *cells[1:]], delimiter, 1)
-    column_names = names(len(cells))
-    return None if column_names is None else _named(column_names, delimiter, 0)
+        try:
+            for line, row in enumerate(csv.reader(file, delimiter=delimiter, skipinitialspace=True), 1):
+                cells = [cell.strip() if delimiter == "," else cell.strip().replace(",", ".") for cell in row]
+                if line > header_lines and any(cells):
+                    yield f"{path}, line {line}", cells
+        except csv.Error:
+            raise InputError(
+                "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
+            ) from None
 
 
 def _delimiter(line: str) -> str:
@@ -190,17 +196,8 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in row]
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.replace(",", ".") or "nan")
-    except ValueError:
-        return False
-    return True
-
-
-def _stacked(rows: list[list[str]], delimiter: str) -> Header | None:
-    """Of DeepLabCut: lines of scorers, maybe of individuals, of points and of axes."""
-    by = {row[0].lower(): row[1:] for row in rows}
+def _stacked(by: Mapping[str, list[str]], delimiter: str) -> Header | None:
+    """Of DeepLabCut: lines of scorers, maybe of individuals, of points and of axes, by what they begin with."""
     if not {"bodyparts", "coords"} <= by.keys() or len(by["bodyparts"]) != len(by["coords"]):
         return None
     people = by.get("individuals", [])
@@ -210,10 +207,12 @@ def _stacked(rows: list[list[str]], delimiter: str) -> Header | None:
         if axis in _AXIS
     }
     names = ("frame", *(f"{point}_{axis}" for point, axis in zip(by["bodyparts"], by["coords"], strict=True)))
-    return Header(names, values, None, None, (0,), delimiter, len(rows))
+    return Header(names, values, delimiter, len(by))
 
 
-def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
+def _named(written: Sequence[str], delimiter: str) -> Header | None:
+    """Of a line of names."""
+    names = tuple(name.lstrip("# ") for name in written)
     plain_names = [plain(name) for name in names]
     label = next((i for i, name in enumerate(plain_names) if _LABEL.fullmatch(name)), None)
     person = next((names.index(name) for name in of_kind("person", names)), None)
@@ -232,10 +231,10 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     if min((int(column.point) for column in numbered.values()), default=0) == 1:  # x1 to x33
         values |= {i: _Column(str(int(column.point) - 1), column.axis) for i, column in numbered.items()}
     is_clock = [kind_of(name) not in ("", "person") for name in names]
-    clocks = [i for i in range(len(names)) if is_clock[i] and i not in coordinates and i != label]
+    clocks = tuple(i for i in range(len(names)) if is_clock[i] and i not in coordinates and i != label)
     if not values or (label is not None and not clocks):
         return None
-    return Header(tuple(names), values, label, person, tuple(clocks), delimiter, lines)
+    return Header(names, values, delimiter, 1, label, person, clocks)
 
 
 def _column(name: str) -> _Column | None:
@@ -256,48 +255,6 @@ def _label(name: str) -> str:
     word = plain(name)
     match = _POINT.fullmatch(word)
     return str(int(match[1])) if match else word
-
-
-def _read(rows: Iterator[tuple[str, list[str]]], header: Header, moments: Moments) -> Points:
-    """rows: where each is, and its cells."""
-    at, data, label_of = array("q"), array("f"), array("q")  # of each row
-    people: list[str | None] = []
-    labels: dict[str, int] = {}  # numbers of the points, where a row is one
-    columns = list(header.values.values())
-    for where, row in rows:
-        clock_cells = {header.names[i]: _decimal(row[i], header) for i in header.clocks if i < len(row)}
-        cell = _cell(row, header.person)
-        person = None if cell.lower() in (*_MISSING, "-1") else cell
-        moment = moments.of(clock_cells, where, person)
-        if moment is None:
-            continue
-        try:
-            data.extend([float(row[i]) for i in header.values])
-        except (ValueError, IndexError):
-            data.extend([_number(row, i, header, where) for i in header.values])
-        at.append(moment)
-        people.append(person)
-        if header.label is not None:
-            label_of.append(labels.setdefault(_row_label(row, header), len(labels)))
-    clock = moments.clock()
-    values = np.frombuffer(data, np.float32).reshape(len(at), len(columns))
-    if len(set(people)) == len(people) > 2:  # numbers of rows
-        people = [None] * len(people)
-    points, sighting, first = tuple(labels), np.arange(len(at)), np.arange(len(at))
-    if header.label is None:
-        points = tuple(dict.fromkeys(column.point for column in columns))
-    else:
-        sighting, first = _sightings(at, people, label_of)
-    everybody = list(dict.fromkeys(column.person for column in columns))  # of rows with several people
-    held = np.full((len(everybody), len(first), len(points), 4), np.nan, np.float32)
-    for i, column in enumerate(columns):
-        point = points.index(column.point) if header.label is None else label_of
-        held[everybody.index(column.person), sighting, point, column.axis] = values[:, i]
-    owners = [people[row] for row in first]
-    if everybody != [None]:
-        owners = [person for person in everybody for _ in first]
-    seen = np.tile(np.asarray(at)[first], len(everybody))
-    return Points(points, held.reshape(len(seen), len(points), 4), seen, tuple(owners), clock)
 
 
 def _sightings(
@@ -321,21 +278,17 @@ def _row_label(row: list[str], header: Header) -> str:
 
 
 def _cell(row: list[str], column: int | None) -> str:
-    return row[column].strip() if column is not None and column < len(row) else ""
+    return row[column] if column is not None and column < len(row) else ""
 
 
-def _decimal(cell: str, header: Header) -> str:
-    return cell.strip() if header.delimiter == "," else cell.strip().replace(",", ".")
-
-
-def _number(row: list[str], column: int, header: Header, where: str) -> float:
-    cell = _decimal(row[column], header) if column < len(row) else "the end of the line"
-    if cell.lower() in _MISSING:
-        return float("nan")
+def _number(row: list[str], column: int, names: Sequence[str], where: str) -> float:
+    cell = row[column] if column < len(row) else "the end of the line"
     try:
         return float(cell)
     except ValueError:
-        name = f" ('{header.names[column]}')" * bool(header.names[column])
+        if cell.lower() in _MISSING:
+            return float("nan")
+        name = f" ('{names[column]}')" * bool(names[column])
         raise InputError(
             "wrong-content", f"{where}, column {column + 1}{name}: expected a number, got {cell!r:.60}."
         ) from None

@@ -77,7 +77,7 @@ def test_an_empty_cell_is_missing(tmp_path):
     write_csv(path, imu)
     rows = [line.split(",") for line in path.read_text().splitlines()]
     rows[7][2] = ""
-    path.write_text("# made by hand\n" + "\n".join(";".join(row) for row in rows))
+    path.write_text("\n".join(";".join(row) for row in rows))
     found = read_sensors([path], ["r_forearm"])["r_forearm"]
     assert np.isnan(found.force_mps2[6, 1])
     assert np.isfinite(np.delete(found.force_mps2, 6, axis=0)).all()

@@ -65,10 +65,6 @@ def wide_both(folder, world):
     )
 
 
-def bare(folder, world):
-    return write_csv(folder / "a.csv", None, [row.ravel() for row in world])
-
-
 def long(folder, world):
     header = ["timestamp_s", "landmark", "x_m", "y_m", "z_m", "visibility"]
     rows = [
