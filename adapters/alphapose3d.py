@@ -19,8 +19,7 @@ from ..pipeline.core.layouts import H36M17, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.skeletons import SMPL, h36m17_named
 from .kit.clock import Moments
-from .kit.frames import first_person, people, track_named
-from .kit.json import field, frame_number, numbers
+from .kit.json import field, first_person, numbers, people, track_named
 from .kit.people import People
 
 name = "alphapose3d"
@@ -49,7 +48,7 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     """
     moments, sightings = Moments(str(path)), People(str(path))
     for moment, entry, where in people(path, "AlphaPose's results", moments):
-        frame_number(field(entry, "image_id", where), where)
+        field(entry, "image_id", where)
         joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
         if joints.shape != _SHAPE:
             raise InputError(

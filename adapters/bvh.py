@@ -16,8 +16,8 @@ from ..pipeline.core.errors import InputError, naming, readable
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up
+from ..pipeline.files.opened import first_bytes
 from ..pipeline.files.skeletons import UNITS
-from .kit.opened import first_bytes
 from .kit.world import Maker, check_upright, maker, world
 
 name = "bvh"

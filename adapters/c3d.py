@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..pipeline.files.markers import read_c3d
-from .kit.opened import first_bytes
+from ..pipeline.files.opened import first_bytes
 from .kit.world import reader_of
 
 name = "c3d"

@@ -23,8 +23,17 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
-from .kit.frames import first_person, frame_files, keypoints_of, name_of, people, surely_2d
-from .kit.json import beginning, field, load
+from .kit.json import (
+    beginning,
+    field,
+    first_person,
+    frame_files,
+    keypoints_of,
+    load,
+    name_of,
+    people,
+    surely_2d,
+)
 from .kit.people import People
 
 name = "json2d"

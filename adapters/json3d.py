@@ -20,8 +20,7 @@ from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18, Layout
 from ..pipeline.core.pose import UNSAID, MadeBy, PoseSequence
 from ..pipeline.reading.joint_order import likely_layout
 from .kit.clock import Moments
-from .kit.frames import KEYPOINTS_3D, OPENPOSE_3D, first_person, name_of, people
-from .kit.json import numbers
+from .kit.json import KEYPOINTS_3D, OPENPOSE_3D, first_person, name_of, numbers, people
 from .kit.names import joint_named
 from .kit.people import People
 from .kit.world import Maker, maker, standing_frame

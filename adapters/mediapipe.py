@@ -24,8 +24,7 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BLAZEPOSE33
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.clock import Clock, Moments, plain
-from .kit.frames import by_name, frames
-from .kit.json import beginning, numbers
+from .kit.json import beginning, by_name, frames, numbers
 from .kit.numpy import peek, plain_array
 from .kit.people import People
 from .kit.tables import header_of, read_points

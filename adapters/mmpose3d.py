@@ -25,8 +25,7 @@ from ..pipeline.core.layouts import COCO23, H36M17
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.clock import Moments
-from .kit.frames import first_person, people
-from .kit.json import field, numbers
+from .kit.json import field, first_person, numbers, people
 from .kit.people import People
 
 name = "mmpose3d"

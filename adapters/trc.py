@@ -16,7 +16,7 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.files.markers import Markers, read_trc
-from .kit.opened import first_bytes
+from ..pipeline.files.opened import first_bytes
 from .kit.world import reader_of
 
 name = "trc"

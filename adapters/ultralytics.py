@@ -15,8 +15,8 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
-from .kit.frames import numbered_files
-from .kit.opened import first_lines, whole_text
+from ..pipeline.files.opened import first_lines, whole_text
+from .kit.json import numbered_files
 from .kit.people import People, in_pixels
 
 name = "ultralytics"

@@ -18,8 +18,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.system import cores
 from ..pipeline.core.take import Video
+from ..pipeline.files.opened import first_bytes
 from ..pipeline.files.video_frames import opened
-from .kit.opened import first_bytes
 
 if TYPE_CHECKING:
     from av import VideoStream

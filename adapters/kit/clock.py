@@ -8,6 +8,7 @@ or the name of one video. A notice names what looks like a clock and is not used
 from __future__ import annotations
 
 import re
+import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,7 +21,6 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from .json import frame_number
 
 # By the plain name (`plain`); of several of a kind the first in this table counts.
 _NAMES = {
@@ -52,6 +52,11 @@ _LIKE = re.compile(
 _UNNAMED = re.compile(r"(unnamed(_\d+)?)?")  # as pandas writes and reads the index of its rows
 
 _USUAL_HZ = (4.0, 500.0)  # rows a second by which a unit shows; no two units fit one step
+_SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
+# Roboflow's exports put a hash behind the name: walk_mp4-0003_jpg.rf.0f31b2.jpg
+_ROBOFLOW = re.compile(r"\.rf\.\w+$")
+_MOST = 1 << 53  # larger numbers are no video frames, and would not fit an int64
+
 _MILLISECONDS = 12  # steps of whole numbers from which on they are times
 _CALENDAR_S = 1e6  # later times are a calendar's, and are counted from the first one
 
@@ -261,9 +266,30 @@ def _like_a_clock(name: str, values: Sequence[Any], frames: np.ndarray | None) -
     return not _counts_rows(numbers) and not (frames is not None and len(set(numbers - frames)) == 1)
 
 
+def stem(image: str) -> str:
+    """An image's or file's name without what kind of file it is."""
+    return _ROBOFLOW.sub("", _SUFFIX.sub("", image))
+
+
+def frame_number(image: Any, where: str) -> int:
+    """The video frame of an image: the number itself, or the last number in a name such as "clip_0012.jpg". InputError
+    for anything else."""
+    number = image
+    if isinstance(image, str):
+        digits = re.findall(r"0*([0-9]+)", stem(image))
+        number = int(digits[-1]) if digits and len(digits[-1]) < 20 else None
+    if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < _MOST:
+        raise InputError(
+            "wrong-content",
+            f'{where}: expected an image that is numbered by its video frame, such as 12 or "12.jpg", '
+            f"got {reprlib.repr(image)}.",
+        )
+    return number
+
+
 def _whole(value: Any, name: str, where: str) -> int:
     number = _number(value)
-    if number is None or not 0 <= number < 1 << 53 or number % 1:
+    if number is None or not 0 <= number < _MOST or number % 1:
         raise InputError(
             "wrong-content", f"{where}: expected a frame's number as '{name}', got {value!r:.60}."
         )

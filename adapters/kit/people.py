@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -25,8 +25,8 @@ COUNTS = (*sorted({*map(len, IN_2D)}), *WHOLE_BODIES)
 _FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
-_PIECE = 10_000  # frames whose steps are looked at together
 _SURE = 0.5  # of a joint's usual score
+_BY_POSE = "nearest pose"
 
 
 class People:
@@ -97,9 +97,7 @@ class People:
         """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
         clock: of which the frames are moments. layouts: those that the format can hold, told apart by their number of
-        joints, and those of one number by their bones. People without names are told apart by nearness; where some have
-        a name, those without are left out, for trackers name nobody where they are not sure. Somebody who is alone, or
-        whom a tracker names, is doubted at a `leap`. A joint at 0, 0 was not found: detectors write it for none, some
+        joints, and those of one number by their bones. A joint at 0, 0 was not found: detectors write it for none, some
         of them with a score above 0 (Ultralytics' YOLO). InputError for nobody at all, for another layout, for
         coordinates that are no pixels, and for a person who is in a frame twice.
         """
@@ -115,17 +113,7 @@ class People:
                 f"{self._where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
                 "(OpenPose: --keypoint_scale 0).",
             )
-        frames, named = self._frames(clock), bool(self._rows_of)
-        rows_of, _ = self._tracks(frames, points, np.flatnonzero(~gone.all(axis=1)))
-        unknown, layout = saying_nothing(scores), likely_layout(points, likely)
-        people = []
-        for _, poses in self._sequences(rows_of, frames, points, scores, unknown, layout, IMAGE):
-            if not named:
-                poses = poses.with_(linked=True).noted("link people", method="nearest")
-            people.append(poses.saying(*_sure_leap(poses)) if named or len(rows_of) == 1 else poses)
-        if unknown == "all are 0":
-            people = [poses.saying(notice("scores-all-zero")) for poses in people]
-        return self._finished(people, clock)
+        return self._sequences(points, scores, likely_layout(points, likely), IMAGE, clock, points, "nearest")
 
     def poses(
         self,
@@ -145,20 +133,8 @@ class People:
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
         boxed = bool(np.isfinite(boxes).all() and np.ptp(boxes, axis=0).any())
         shown = boxes.reshape(-1, 2, 2) if boxed else points[..., plane]
-        frames = self._frames(clock)
-        rows_of, linked = self._tracks(frames, shown, np.arange(len(frames)))
-        method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
-        people = []
-        for rows, poses in self._sequences(
-            rows_of, frames, points, scores, saying_nothing(scores), layout, frame
-        ):
-            if linked:
-                poses = poses.with_(linked=True).noted("link people", method=method)
-                poses = poses if boxed or placed else poses.saying(notice("people-by-poses-alone"))
-            elif boxed or placed:
-                poses = poses.saying(*leap(frames[rows], shown[rows]))
-            people.append(poses)
-        return self._finished(people, clock)
+        method = "nearest box" if boxed else "nearest position" if placed else _BY_POSE
+        return self._sequences(points, scores, layout, frame, clock, shown, method)
 
     def without_flags(self) -> bool:
         """Whether all scores are COCO's flags of visibility; if so, joints that are not labelled become missing, and
@@ -179,72 +155,84 @@ class People:
             "file, or raise the detector's threshold.",
         )
 
-    def _frames(self, clock: Clock | None) -> np.ndarray:
+    def _sequences(
+        self,
+        points: np.ndarray,
+        scores: np.ndarray,
+        layout: Layout,
+        frame: Frame,
+        clock: Clock | None,
+        shown: np.ndarray,
+        method: str,
+    ) -> tuple[PoseSequence, ...]:
+        """Everybody, of points (N, J, D) with scores (N, J), of which those outside [0, 1] are clipped.
+
+        People without names are told apart by nearness, in words `method`, of what is shown (N, K, 2) in the image,
+        where several are in a frame; where some have a name, those without are left out, for trackers name nobody where
+        they are not sure. Somebody who is alone, or whom a tracker names, is doubted at a `leap`. InputError when
+        somebody is in a frame twice.
+        """
         moments = np.frombuffer(self._moments, np.int64)
         if np.unique(moments, return_counts=True)[1].max() > _MOST_IN_FRAME:
             raise self._crowded(f"{_MOST_IN_FRAME} people in a frame")
-        return moments if clock is None else clock.index[moments]
-
-    def _tracks(
-        self, frames: np.ndarray, shown: np.ndarray, visible: np.ndarray
-    ) -> tuple[dict[str, Any], bool]:
-        """The rows of everybody by name, in order of appearance, and whether nearness tells them apart, as it does
-        where the file names nobody and has several in a frame. shown: (N, J, 2) in the image. visible: rows of people.
-        """
-        if self._rows_of:
-            moments = np.frombuffer(self._moments, np.int64)
-            by_appearance = sorted(self._rows_of.items(), key=lambda item: moments[np.asarray(item[1])].min())
-            return dict(by_appearance), False
-        if len(np.unique(frames[visible])) == len(visible):
-            return {"0": visible}, False
-        return followed(frames, shown), True
-
-    def _sequences(
-        self,
-        rows_of: dict[str, Any],
-        frames: np.ndarray,
-        points: np.ndarray,
-        scores: np.ndarray,
-        unknown: str,
-        layout: Layout,
-        frame: Frame,
-    ) -> Iterator[tuple[Any, PoseSequence]]:
-        """Rows in order of time, and poses, of each person; scores outside [0, 1] are clipped. unknown: why all scores
-        say nothing. InputError when somebody is in a frame twice."""
-        for person, rows in rows_of.items():
+        frames = moments if clock is None else clock.index[moments]
+        visible = np.flatnonzero(is_finite(shown).any(axis=1))
+        several = not self._rows_of and len(np.unique(frames[visible])) < len(visible)
+        linked = several or (not self._rows_of and frame is IMAGE)
+        rows_of: Mapping[str, Any] = self._rows_of or {"0": visible}
+        if several:
+            rows_of = followed(frames, shown)
+        unknown = saying_nothing(scores)
+        unnamed = len(self) - sum(map(len, self._rows_of.values())) if self._rows_of else 0
+        people = []
+        for person, rows in sorted(rows_of.items(), key=lambda item: moments[np.asarray(item[1])].min()):
             rows = np.asarray(rows)
             rows = rows[np.argsort(frames[rows], kind="stable")]
             if len(rows) == len(frames) and (np.diff(rows) == 1).all():
                 rows = slice(None)  # a view, for an index would copy hours of video
-            twice = frames[rows][1:][np.diff(frames[rows]) == 0]
-            if len(twice):
-                flag = "--set keypoints." if frame is IMAGE else "-O "
-                raise InputError(
-                    "people-mixed",
-                    f"{self._where}: expected each person once a frame, got person {person} more than once in frame "
-                    f"{twice[0]}, so people are not tracked in this file; track them in the program that wrote it, or "
-                    f"pass track=true ({flag}track=true), where its adapter has that, to join each one to the nearest "
-                    "of the frames before.",
-                )
+            self._refuse_twice(person, frames[rows], frame)
             own = scores[rows]
             confidence = np.full_like(own, np.nan) if unknown else np.clip(own, 0, 1)
             poses = PoseSequence(
-                points[rows], layout, frame, confidence, frame_index=frames[rows], person=person
+                points[rows],
+                layout,
+                frame,
+                confidence,
+                frame_index=frames[rows],
+                person=person,
+                linked=linked,
             )
             clipped = int(((own < 0) | (own > 1)).sum())
             if unknown:
                 poses = poses.noted("scores", unknown=unknown)
             elif clipped:
                 poses = poses.noted("scores", clipped=clipped, highest=float(np.nanmax(own)))
-            yield rows, poses
+            if unknown == "all are 0" and frame is IMAGE:
+                poses = poses.saying(notice("scores-all-zero"))
+            if linked:
+                poses = poses.noted("link people", method=method)
+            if several and method == _BY_POSE:
+                poses = poses.saying(notice("people-by-poses-alone"))
+            elif not several and method != _BY_POSE:
+                poses = poses.saying(*leap(frames[rows], shown[rows], confidence))
+            if unnamed:
+                no_track = notice("no-track-number", unnamed=unnamed, detections=len(self))
+                poses = poses.noted("track numbers", left_out=unnamed).saying(no_track)
+            people.append(poses if clock is None else clock.on(poses))
+        return tuple(people)
 
-    def _finished(self, people: list[PoseSequence], clock: Clock | None) -> tuple[PoseSequence, ...]:
-        """With the clock's times, and the notice that sightings without a name were left out."""
-        unnamed = len(self) - sum(map(len, self._rows_of.values())) if self._rows_of else 0
-        if unnamed:
-            no_track = notice("no-track-number", unnamed=unnamed, detections=len(self))
-            people = [poses.noted("track numbers", left_out=unnamed).saying(no_track) for poses in people]
-        return tuple(people if clock is None else map(clock.on, people))
+    def _refuse_twice(self, person: str, frames: np.ndarray, frame: Frame) -> None:
+        """frames: (T,) of one person, in order. frame: the axes of the poses."""
+        twice = frames[1:][np.diff(frames) == 0]
+        if len(twice):
+            flag = "--set keypoints." if frame is IMAGE else "-O "
+            raise InputError(
+                "people-mixed",
+                f"{self._where}: expected each person once a frame, got person {person} more than once in frame "
+                f"{twice[0]}, so people are not tracked in this file; track them in the program that wrote it, or "
+                f"pass track=true ({flag}track=true), where its adapter has that, to join each one to the nearest "
+                "of the frames before.",
+            )
 
 
 def in_pixels(shares: np.ndarray, image_size: tuple[int, int] | None, where: str) -> np.ndarray:
@@ -288,30 +276,23 @@ def followed(frames: np.ndarray, points: np.ndarray) -> dict[str, array[int]]:
     return people
 
 
-def _sure_leap(poses: PoseSequence) -> list[Notice]:
-    """`leap` among the rows whose joints score half as much as usual, or are not scored: a detector that is lost for a
-    frame puts a body anywhere."""
-    score = np.nan_to_num(poses.confidence)
-    sure = score.sum(axis=1) >= _SURE * (np.isfinite(poses.confidence) @ np.median(score, axis=0))
-    return leap(poses.frame_index[sure], poses.joints[sure])
-
-
-def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
+def leap(frames: np.ndarray, points: np.ndarray, confidence: np.ndarray) -> list[Notice]:
     """A notice where one track leaps so far that it may be somebody else; none where not.
 
-    frames: (T,) increasing; points: (T, J, 2) in the image or in any plane, NaN where missing. The distance is that of
-    a `Tracker`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one
-    person all the same, for a cut or a camera that turns fast does that too.
+    frames: (T,) increasing; points: (T, K, 2) in the image or in any plane, NaN where missing; confidence: (T, J). The
+    distance is that of a `Tracker`, which may be half the body's size, and more after frames in which nobody was seen.
+    Rows whose joints score less than half as much as usual do not count: a detector that is lost for a frame puts a
+    body anywhere. Who leaps stays one person all the same, for a cut or a camera that turns fast does that too.
     """
-    if len(frames) < 2:
-        return []
-    starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
-    far = np.concatenate([steps(points[start : start + _PIECE + 1]) for start in starts])
+    score = np.nan_to_num(confidence)
+    sure = score.sum(axis=1) >= _SURE * (np.isfinite(confidence) @ np.median(score, axis=0))
+    frames, points = frames[sure], points[sure]
     unseen = np.diff(frames) - 1
+    far = steps(points)
     far = np.where(far < REACH + _WANDER * unseen, 0, far)
-    row = int(far.argmax())
-    if far[row] == 0:
+    if not far.any():
         return []
+    row = int(far.argmax())
     where: dict[str, Any] = {"sizes": float(far[row]), "frame": int(frames[row + 1])}
     after = f", after {how_many(int(unseen[row]), 'frame')} unseen" if unseen[row] else ""
     return [notice("leap-between-people", **where, unseen=after)]

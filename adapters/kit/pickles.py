@@ -1,16 +1,16 @@
 """Pickles of arrays and plain containers, read without ever calling what they name.
 
 A pickle is a program that may import and call anything. Here every name but those below is refused, and these are
-stand-ins that only keep what they are given: arrays are then made from the bytes by numpy.frombuffer. joblib's files
-are pickles too, compressed by zlib or not, with the arrays' bytes between the instructions
-(joblib/numpy_pickle.py, NumpyArrayWrapper). numpy's own arrays of Python objects are pickles inside .npy and .npz.
+functions of our own, which take no memory that the file does not fill. joblib's files are pickles too, compressed by
+zlib or not, with the arrays' bytes between the instructions (joblib/numpy_pickle.py, NumpyArrayWrapper). numpy's own
+arrays of Python objects are pickles inside .npy and .npz.
 """
 
 from __future__ import annotations
 
+import math
 import pickle
 import struct
-import zlib
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -19,90 +19,49 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...pipeline.core.errors import InputError, naming, readable
-from ...pipeline.core.messages import how_many
-from ...pipeline.files.unpacked import unpacked
-from .opened import first_bytes
+from ...pipeline.files.opened import first_bytes, unpacked
 
 _ZLIB = b"\x78"
 _PEEK_BYTES = 1 << 16
 _NUMBERS = "biufSU"
 
 
-class _Dtype:
-    """What `numpy.dtype` makes; the order of its bytes comes in a state after it."""
-
-    def __init__(self, text: str, *_: Any) -> None:
-        self.text, self.order = text, "="
-
-    @property
-    def numpy(self) -> np.dtype:
-        dtype = np.dtype(f"{self.order}{self.text}")
-        if dtype.kind not in _NUMBERS:
-            raise InputError("wrong-content", f"expected arrays of numbers, got one of {dtype}.")
-        return dtype
+class _Named:
+    """A class of numpy's or joblib's that is only named."""
 
 
-class _Array:
-    """What `_reconstruct` makes; shape, dtype, order and bytes come in a state after it, and maybe after a reference to
-    it."""
-
-    state: tuple[Any, ...] = ()
-
-    def __init__(self, *_: Any) -> None:
-        """Whatever the arguments say of an empty array."""
-
-    @property
-    def content(self) -> Any:
-        """The array; one of Python objects as nested lists, which are still to be resolved."""
-        _, shape, dtype, fortran, raw = self.state
-        if dtype.text.startswith("O"):
-            return _nested(list(raw), shape)
-        return _from_buffer(_bytes(raw), dtype, shape, "F" if fortran else "C")
+def _array(*_: Any) -> np.ndarray:
+    """`_reconstruct`: what is in the array comes in a state after it, and maybe after a reference to it."""
+    return np.empty(0)
 
 
-class _Wrapped:
-    """joblib's: shape, order and dtype come in a state after it, and behind that the bytes."""
+def _dtype(text: Any, *_: Any) -> np.dtype:
+    """The order of its bytes comes in a state after it."""
+    return np.dtype(str(text))
 
 
-def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
-    """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
-    if len(values) != int(np.prod(shape, dtype=object)):
-        raise InputError(
-            "wrong-content", f"expected an array of shape {shape}, got {how_many(len(values), 'object')}."
-        )
-    if len(shape) < 2 or not values:
-        return values if shape else values[0]
-    step = len(values) // max(shape[0], 1)
-    return [_nested(values[i * step : (i + 1) * step], shape[1:]) for i in range(shape[0])]
+def _from_buffer(raw: Any, dtype: np.dtype, shape: tuple[int, ...], order: str, *_: Any) -> np.ndarray:
+    """(...,)."""
+    return np.frombuffer(raw, dtype).reshape(shape, order=order)  # type: ignore[call-overload]  # or ValueError
 
 
 def _bytes(raw: Any) -> Any:
     return raw.encode("latin1") if isinstance(raw, str) else raw  # Python 2 wrote bytes as text
 
 
-def _from_buffer(raw: Any, dtype: _Dtype, shape: tuple[int, ...], order: str, *_: Any) -> np.ndarray:
-    """numpy's `_frombuffer`, (...,), of pickles of protocol 5."""
-    if order not in ("C", "F"):
-        raise InputError("wrong-content", f"expected arrays stored by rows or columns, got order {order!r}.")
-    return np.frombuffer(raw, dtype.numpy).reshape(shape, order=order)
-
-
-def _scalar(dtype: _Dtype, raw: bytes) -> Any:
-    return np.frombuffer(_bytes(raw), dtype.numpy)[0]
-
-
 _NAMES = {
-    ("numpy", "ndarray"): _Array,
-    ("numpy", "dtype"): _Dtype,
-    **{(f"numpy.{core}.multiarray", "_reconstruct"): _Array for core in ("core", "_core")},
-    **{(f"numpy.{core}.multiarray", "scalar"): _scalar for core in ("core", "_core")},
-    ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Wrapped,
-    **{(f"numpy.{core}.numeric", "_frombuffer"): _from_buffer for core in ("core", "_core")},
+    ("numpy", "ndarray"): _Named,
+    ("numpy", "dtype"): _dtype,
+    ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Named,
     ("_codecs", "encode"): lambda text, _: text.encode("latin1"),  # how old protocols write bytes
     ("collections", "OrderedDict"): dict,
     ("collections", "defaultdict"): lambda *_: {},
     **{(module, "dict"): dict for module in ("builtins", "__builtin__")},  # what defaultdict would make
 }
+for _core in ("core", "_core"):
+    _NAMES[f"numpy.{_core}.multiarray", "_reconstruct"] = _array
+    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: np.frombuffer(_bytes(raw), dtype)[0]
+    _NAMES[f"numpy.{_core}.numeric", "_frombuffer"] = _from_buffer
 
 
 class _Reader(pickle._Unpickler):  # in Python, where the instruction that joblib extends can be replaced
@@ -123,18 +82,16 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
         return _NAMES[module, name]
 
     def get_extension(self, code: int) -> None:
-        raise InputError(
-            "unsafe", f"expected arrays and plain containers, got a pickle that asks for extension {code}."
-        )
+        self.find_class("extension", str(code))
 
     def load_build(self) -> None:
         state = self.stack.pop()  # type: ignore[attr-defined]
         made = self.stack[-1]  # type: ignore[attr-defined]
-        if isinstance(made, _Array) and isinstance(state, tuple):
-            made.state = state
-        elif isinstance(made, _Dtype) and isinstance(state, tuple):
-            made.order = state[1]
-        elif isinstance(made, _Wrapped) and isinstance(state, dict):
+        if isinstance(made, np.ndarray) and isinstance(state, tuple):
+            _fill(made, *state[1:])
+        elif isinstance(made, np.dtype) and isinstance(state, tuple) and state[1] in ("<", "|", "="):
+            pass
+        elif isinstance(made, _Named) and isinstance(state, dict):
             self.stack[-1] = self._following(state)  # type: ignore[attr-defined]
         else:  # a state could change our own classes and functions
             raise InputError(
@@ -145,8 +102,7 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
         """The array (...,) whose bytes come next in the file."""
         if state.get("numpy_array_alignment_bytes") is not None:
             self.stream.read(self.stream.read(1)[0])
-        count = int(np.prod([int(n) for n in state["shape"]], dtype=object))
-        raw = self.stream.read(count * state["dtype"].numpy.itemsize)
+        raw = self.stream.read(math.prod(map(int, state["shape"])) * state["dtype"].itemsize)
         return _from_buffer(raw, state["dtype"], state["shape"], "F" if state["order"] == "F" else "C")
 
     dispatch[pickle.BUILD[0]] = load_build
@@ -159,6 +115,16 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
         self.append(bytearray(self.read(size)))  # type: ignore[attr-defined]
 
     dispatch[pickle.BYTEARRAY8[0]] = load_bytearray8
+
+
+def _fill(array: np.ndarray, shape: tuple[int, ...], dtype: np.dtype, fortran: bool, raw: Any) -> None:
+    """Puts values into an array; numpy's own instruction does not look at what fits."""
+    raw = _bytes(raw)
+    kept = isinstance(raw, list) if dtype.kind == "O" else isinstance(raw, bytes) and dtype.kind in _NUMBERS
+    size = len(raw) if dtype.kind == "O" else len(raw) / max(dtype.itemsize, 1)
+    if not kept or min(shape, default=0) < 0 or math.prod(shape) != size:
+        raise ValueError(f"an array of shape {shape} of {dtype} has other values")
+    array.__setstate__((1, shape, dtype, bool(fortran), raw))  # type: ignore[arg-type]
 
 
 def _bounded(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
@@ -178,12 +144,7 @@ for _code in (pickle.INT, pickle.LONG, pickle.LONG1, pickle.LONG4):
 
 def beginning(path: Path) -> bytes:
     """The first 64 KB of a pickle, unpacked; empty for what cannot be read. Never raises."""
-    start = first_bytes(path, _PEEK_BYTES)
-    try:
-        if start[:1] == _ZLIB:
-            start = zlib.decompressobj().decompress(start, _PEEK_BYTES)
-    except zlib.error:
-        return b""
+    start = first_bytes(path, _PEEK_BYTES, packed=_ZLIB)
     return start if start[:1] == pickle.PROTO else b""
 
 
@@ -199,7 +160,7 @@ def loads(content: bytes, where: str) -> Any:
     try:
         with naming(where):
             content = unpacked(content, "a pickle") if content[:1] == _ZLIB else content
-            return _resolved(_Reader(content).load(), {})
+            return _plain(_Reader(content).load(), {})
     except InputError:
         raise
     except Exception as error:  # the parser raises whatever damaged bytes lead it to
@@ -209,22 +170,23 @@ def loads(content: bytes, where: str) -> Any:
         ) from None
 
 
-def _resolved(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
-    """The value with arrays in place of stand-ins. done: values and what was made of them by id, so that what a pickle
-    names twice is made once; a short one could otherwise name itself out of all memory."""
-    if id(value) not in done:
-        done[id(value)] = value, _made(value, done)
-    return done[id(value)][1]
-
-
-def _made(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
-    if isinstance(value, _Array):
-        held = value.content
-        return held if isinstance(held, np.ndarray) else _resolved(held, done)
-    if isinstance(value, dict):
-        return {_resolved(key, done): _resolved(entry, done) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return type(value)(_resolved(entry, done) for entry in value)
-    if value is None or isinstance(value, (bool, int, float, str, bytes, np.ndarray, np.generic)):
-        return value
-    raise InputError("wrong-content", f"expected arrays and plain containers, got a {type(value).__name__}.")
+def _plain(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
+    """The value, arrays of objects as lists in lists. done: values and what was made of them by id, so that what a
+    pickle names twice is made once; a short one could otherwise name itself out of all memory."""
+    if id(value) in done:
+        return done[id(value)][1]
+    made = value
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        made = _plain(value.tolist() if value.size else [], done)
+    elif isinstance(value, dict):
+        made = {_plain(key, done): _plain(entry, done) for key, entry in value.items()}
+    elif isinstance(value, list | tuple):
+        made = type(value)(_plain(entry, done) for entry in value)
+    elif not isinstance(value, bool | int | float | str | bytes | np.ndarray | np.generic | None):
+        raise InputError(
+            "wrong-content", f"expected arrays and plain containers, got a {type(value).__name__}."
+        )
+    elif isinstance(value, np.ndarray | np.generic) and value.dtype.kind not in _NUMBERS:
+        raise InputError("wrong-content", f"expected arrays of numbers, got one of {value.dtype}.")
+    done[id(value)] = value, made
+    return made

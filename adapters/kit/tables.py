@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.files.opened import first_lines, opened_text
 from .clock import Clock, Moments, kind_of, of_kind, plain
-from .opened import first_lines, opened_text
 
 _AXIS = {
     **{name: i for i, axis in enumerate("xyz") for name in (axis, f"3d{axis}", f"2d{axis}")},

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from .atomic import whole_file
-from .unpacked import check_size
+from .opened import check_size
 
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
 Stored = tuple[tuple[int, ...], bool, np.dtype, IO[bytes], int]

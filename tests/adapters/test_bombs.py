@@ -18,7 +18,7 @@ from pcnet3d.adapters.kit import json as _json
 from pcnet3d.pipeline import InputError, load_recipe
 from pcnet3d.pipeline.files.arrays import load, load_all
 from pcnet3d.pipeline.files.c3d import parse
-from pcnet3d.pipeline.files.unpacked import check_size
+from pcnet3d.pipeline.files.opened import check_size
 
 MOST = 20_000_000  # bytes
 

@@ -73,7 +73,6 @@ BROKEN = {
     "a state for a function of ours": HEAD + named("_codecs", "encode") + b"}\x8c\x01xK\x01sb" + STOP,
     "a state for dict": HEAD + named("collections", "OrderedDict") + b")R}\x8c\x01xK\x01sb" + STOP,
     "slots for joblib's wrapper": HEAD + WRAPPER + b")\x81N}\x8c\x05numpyK\x01s\x86b" + STOP,
-    "an array that was never filled": HEAD + ARRAY + b")R" + STOP,
     "a class in place of a value": HEAD + b"]" + ARRAY + b"a" + STOP,
     "a set": pickle.dumps({1, 2}),
     "an unhashable key": HEAD + b"}]Ns" + STOP,
@@ -101,12 +100,16 @@ ARRAYS = {
     "a type of many": array(b"K\x01\x85", b"(9999,9999)f8"),
     "no type": array(b"K\x01\x85", b"nonsense"),
     "records of objects": array(b"K\x01\x85", b"O,O"),
+    "objects in place of numbers": array(b"K\x01\x85", b"f8", b"]"),
+    "numbers in place of objects": array(b"K\x04\x85", b"O8"),
+    "an array of itself": array(b"K\x01\x85", b"O8", b"]h\x00a").replace(b")R(", b")R\x94("),
 }
 
 
 def test_claims_that_nothing_is_taken_for_are_harmless():
     assert loads(HEAD + b"\x95" + number(1 << 40) + b"N" + STOP, "x.pkl") is None  # a frame of a terabyte
     assert loads(array(HUGE + b"K\x00\x86", b"O8", b"]"), "x.pkl") == []  # no objects in a huge shape
+    assert loads(HEAD + ARRAY + b")R" + STOP, "x.pkl").size == 0  # an array that was never filled
 
 
 def test_names_are_refused_before_anything_is_called():

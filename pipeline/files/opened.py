@@ -1,4 +1,5 @@
-"""Strangers' files, opened: how they begin, which is all that recognising them may read, and the text of a whole one.
+"""Strangers' files, opened: how they begin, which is all that recognising them may read, the text of a whole one, and
+how much a compressed one may unpack to before it counts as a bomb.
 
 Text may be compressed with gzip, begin with a byte order mark, and be UTF-8 or, as spreadsheets write it, UTF-16.
 """
@@ -13,21 +14,26 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-from ...pipeline.core.errors import InputError, naming, readable
-from ...pipeline.files.unpacked import GZIP_OR_ZLIB, unpacked
+from ..core.errors import InputError, naming, readable
 
 _GZIP = b"\x1f\x8b"
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_GZIP_OR_ZLIB = 32 + zlib.MAX_WBITS  # streams that zlib tells apart by their headers
+_ROOM = 1 << 20  # bytes that any file may unpack to
+_TIMES = 50  # and this often its size: a film of nobody but now and then shrinks to a twentieth, bombs to a thousandth
 
 
-def first_bytes(path: Path, count: int) -> bytes:
-    """At most `count` bytes of a file, unpacked; none of anything else and of what cannot be read. Never raises."""
+def first_bytes(path: Path, count: int, packed: bytes = _GZIP) -> bytes:
+    """At most `count` bytes of a file, unpacked where it begins with these; none of anything else and of what cannot be
+    read. Never raises."""
     try:
         if not path.is_file():
             return b""
         with path.open("rb") as file:
             start = file.read(count)
-        return zlib.decompressobj(GZIP_OR_ZLIB).decompress(start, count) if start.startswith(_GZIP) else start
+        return (
+            zlib.decompressobj(_GZIP_OR_ZLIB).decompress(start, count) if start.startswith(packed) else start
+        )
     except (OSError, zlib.error):
         return b""
 
@@ -72,3 +78,25 @@ def whole_text(path: Path, what: str) -> str:
     if not text.strip():
         raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty; copy it again.")
     return text
+
+
+def check_size(size: int, packed: int, what: str) -> None:
+    """InputError when `packed` bytes say that they unpack to a `size` that no measurement has."""
+    if size > max(_ROOM, _TIMES * packed):
+        raise InputError(
+            "unsafe",
+            f"expected {what} that unpacks to at most {_TIMES} times its {packed} bytes, got one that unpacks to "
+            "more; write it again without compression.",
+        )
+
+
+def unpacked(packed: bytes, what: str) -> bytes:
+    """Of one zlib or gzip stream. InputError when it is longer than check_size allows, before it is unpacked to more;
+    zlib.error for damaged ones, EOFError for those that were cut short."""
+    unpacking = zlib.decompressobj(_GZIP_OR_ZLIB)
+    most = max(_ROOM, _TIMES * len(packed))
+    content = unpacking.decompress(packed, most)
+    if not unpacking.eof:
+        check_size(most + (len(content) == most), len(packed), what)
+        raise EOFError("it was cut short")
+    return content
