@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import COCO17, OPENPOSE18
+from ..pipeline.core.layouts import OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
 from .kit.json import (
@@ -79,7 +79,6 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     """
     content = beginning(path)
     by_image = _by_image(content)
-    _check_names(content, str(path))
     moments, sightings = Moments(str(path)), People(str(path))
     listed = _annotations(path, moments) if _lists_images(content) else people(path, _WHAT, moments)
     for moment, person, where in listed:
@@ -146,20 +145,4 @@ def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:
             "wrong-content",
             f"{where}: expected the neck between the shoulders, where AlphaPose puts it with COCO models; with Halpe "
             "models --format writes the top of the head instead, so run AlphaPose again without --format.",
-        )
-
-
-def _check_names(content: Any, where: str) -> None:
-    """Other datasets of MMPose have 17 joints too, in another order: PoseTrack18, Human3.6M, AP-10K."""
-    meta = content.get("meta_info") if isinstance(content, dict) else None
-    if not isinstance(meta, dict) or not isinstance(names := meta.get("keypoint_id2name"), dict):
-        return
-    written = [
-        str(names.get(str(i))).replace("left_", "l_").replace("right_", "r_") for i in range(len(COCO17))
-    ]
-    if written != list(COCO17.joints):
-        raise InputError(
-            "wrong-content",
-            f"{where}: expected joints in COCO's order, got those of dataset {meta.get('dataset_name')!r}: "
-            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model.",
         )

@@ -104,16 +104,12 @@ def _read(
     """As `load`, of dtypes of these kinds."""
     where = f"{path}" if key is None else f"{path}, array '{key}'"
     with opened(path, key) as (shape, fortran_order, dtype, stream, held):
-        if dtype.hasobject:
-            raise InputError(
-                "unsafe",
-                f"{where}: expected an array of numbers, got Python objects, which could run a stranger's code when "
-                "unpickled; save it as a plain float array.",
-            )
         if dtype.kind not in kinds:
+            objects = "Python objects, which could run a stranger's code when unpickled"
             raise InputError(
-                "wrong-content",
-                f"{where}: expected an array of numbers, got {dtype}; save it as a float array.",
+                "unsafe" if dtype.hasobject else "wrong-content",
+                f"{where}: expected an array of numbers, got {objects if dtype.hasobject else dtype}; save it as a "
+                "plain float array.",
             )
         if shapes and not any(fits(shape, wanted) for wanted in shapes):
             raise InputError(
@@ -198,24 +194,16 @@ def opened(path: Path, key: str | None) -> Iterator[Stored]:
     behind it, with how many there are. InputError when it is not there, not single, or damaged, also while the block
     runs."""
     with damage_reported(path):
-        if _is_archive(path):
-            held = keys(path)
-            listed = ", ".join(held) or "no numpy arrays"
-            if key is None:
-                raise InputError(
-                    "wrong-content",
-                    f"Expected a single array (.npy) in {path}, got an archive with {listed}.",
-                )
-            if key not in held:
-                raise InputError("wrong-content", f"Expected an array '{key}' in {path}; it holds {listed}.")
+        archived = _is_archive(path)
+        held: tuple[str | None, ...] = keys(path) if archived else (None,)
+        if key not in held:
+            wanted = "a single array (.npy)" if key is None else f"an array '{key}'"
+            listed = ", ".join(map(str, held)) or "no numpy arrays" if archived else "one without a name"
+            raise InputError("wrong-content", f"Expected {wanted} in {path}; it holds {listed}.")
+        if key is not None:
             _check_archive(path, (key,))
             with zipfile.ZipFile(path) as archive, archive.open(f"{key}.npy") as stream:
                 yield _stored(stream, archive.getinfo(f"{key}.npy").file_size)
-        elif key is not None:
-            raise InputError(
-                "option-conflict",
-                f"{path} is an .npy file with one nameless array; leave out the key '{key}'.",
-            )
         else:
             with path.open("rb") as stream:
                 yield _stored(stream, path.stat().st_size)

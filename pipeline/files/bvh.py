@@ -126,21 +126,14 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float]:
 
 
 def _check(skeleton: Skeleton, channels: Channels) -> None:
-    """InputError for rotations twice, for channels that there are not, and for other than one root."""
-    for joint, own in channels.items():
-        turns = [name for _, name in own if name.endswith("rotation")]
-        if joint >= 0 and len(turns) != len(set(turns)):
-            raise InputError(
-                "wrong-content",
-                f"expected each rotation of '{skeleton.names[joint]}' once, got {', '.join(turns)}.",
-            )
+    """InputError for channels twice, for those that there are not, and for other than one root."""
     usual = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
-    unknown = {name for own in channels.values() for _, name in own} - usual
-    if unknown or skeleton.parents.count(-1) != 1:
-        raise InputError(
-            "wrong-content",
-            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}.",
-        )
+    for own in channels.values():
+        names = [name for _, name in own]
+        if not set(names) <= usual or len(set(names)) < len(names):
+            raise InputError("wrong-content", f"expected known channels, each once, got {', '.join(names)}.")
+    if skeleton.parents.count(-1) != 1:
+        raise InputError("wrong-content", "expected one root, got none or several.")
 
 
 def _rate(frame_time: str) -> float:

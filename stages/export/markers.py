@@ -26,8 +26,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.c3d import LAST
-from ...pipeline.files.markers import C3D_GROUP
+from ...pipeline.files.markers import C3D_GROUP, LAST
 from ...pipeline.signals.filters import breaks, each_path, even_grid, evenly_spaced, holes, rate, resample
 from ..drawing.facts import provenance
 

@@ -17,7 +17,7 @@ from pcnet3d.adapters import read
 from pcnet3d.adapters.kit import json as _json
 from pcnet3d.pipeline import InputError, load_recipe
 from pcnet3d.pipeline.files.arrays import load, load_all
-from pcnet3d.pipeline.files.c3d import parse
+from pcnet3d.pipeline.files.markers import parse_c3d
 from pcnet3d.pipeline.files.opened import check_size
 
 MOST = 20_000_000  # bytes
@@ -123,8 +123,8 @@ def c3d(real: bool, points: np.ndarray, processor: int = 84) -> bytes:
 def test_c3d_of_reals_and_of_whole_numbers(real):
     points = np.arange(5 * 3 * 3, dtype=np.float32).reshape(5, 3, 3)
     with pytest.raises(ValueError, match="DEC or MIPS"):
-        parse(c3d(real, points, processor=86))
-    file = parse(c3d(real, points))
+        parse_c3d(c3d(real, points, processor=86))
+    file = parse_c3d(c3d(real, points))
     assert file.rate_hz == 50
     assert file.parameters["POINT:LABELS"] == ["P0", "P1", "P2"]
     assert np.isnan(file.points[1, 0]).all()
@@ -137,7 +137,7 @@ def test_c3d_as_ezc3d_reads_it(tmp_path):
     points[7, 3] = np.nan
     path = worlds.c3d(tmp_path / "x.c3d", worlds.POSE2SIM, points)
     ezc3d = pytest.importorskip("ezc3d")
-    theirs, ours = ezc3d.c3d(str(path)), parse(path.read_bytes())
+    theirs, ours = ezc3d.c3d(str(path)), parse_c3d(path.read_bytes())
     np.testing.assert_array_equal(
         ours.points, np.moveaxis(theirs["data"]["points"][:3], 0, -1).swapaxes(0, 1)
     )

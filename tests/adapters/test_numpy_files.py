@@ -67,7 +67,7 @@ def test_missing_keys_and_other_shapes_are_named(npz):
 
 
 def test_key_for_a_nameless_array(npy):
-    with pytest.raises(InputError, match="leave out the key"):
+    with pytest.raises(InputError, match="one without a name"):
         load(npy, key="joints")
 
 

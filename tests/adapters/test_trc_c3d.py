@@ -7,7 +7,7 @@ from golden.bodies import standing
 from golden.worlds import POSE2SIM, c3d, trc, y_up
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, change_frame
-from pcnet3d.pipeline.files.c3d import parse
+from pcnet3d.pipeline.files.markers import parse_c3d
 
 FRAMES = 40
 
@@ -176,7 +176,7 @@ def test_c3d_of_negative_residuals_is_missing(markers, tmp_path):
 
 def test_c3d_with_more_frames_than_its_header_counts_is_not_cut(tmp_path):
     full = c3d(tmp_path / "full.c3d", ["a"], np.zeros((65_535, 1, 3)))
-    assert parse(full.read_bytes()).points.shape == (65_535, 1, 3)
+    assert parse_c3d(full.read_bytes()).points.shape == (65_535, 1, 3)
     path = c3d(tmp_path / "long.c3d", ["a"], np.zeros((65_600, 1, 3)))
     with pytest.raises(InputError, match=r"long\.c3d: .* counts to frame 65535, .* more data follow"):
         read(path)
@@ -189,7 +189,7 @@ def test_the_time_of_other_programs_c3d_begins_with_its_first_frame(markers, tmp
     file = ezc3d.c3d(str(path))
     file["header"]["points"]["first_frame"] = 149
     file.write(str(path))
-    assert parse(path.read_bytes()).first == 150
+    assert parse_c3d(path.read_bytes()).first == 150
     np.testing.assert_allclose(read(path).times, np.arange(FRAMES) / 50)
 
 

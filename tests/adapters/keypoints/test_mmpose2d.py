@@ -42,15 +42,6 @@ def test_3d_output_is_refused(path):
         json2d.read(path)
 
 
-def test_other_joint_order_is_refused(write, moving):
-    """PoseTrack18 has 17 joints as well: nose, head_bottom, head_top, left_ear, ..."""
-    path = write("mmpose_demo", {"0": moving(17)})
-    text = path.read_text().replace('"left_eye"', '"head_bottom"').replace('"coco"', '"posetrack18"')
-    path.write_text(text)
-    with pytest.raises(InputError, match=r"COCO's order.*posetrack18.*head_bottom"):
-        read(path)
-
-
 def test_demo_frame_zero(write, moving):
     path = write("mmpose_demo", {"0": moving(17)})
     with refused("times-broken"):

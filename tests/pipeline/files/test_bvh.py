@@ -95,7 +95,7 @@ def test_position_channels_of_a_joint_stand_in_for_its_offset():
 def test_channels_of_an_end_site_turn_nothing():
     text = chain((0, 0, 0, 90, 0, 0, 0, 0, 0))
     end = "End Site\n    {\n"
-    more = text.replace(end, f"{end}CHANNELS 2 Xrotation Xrotation\n").rstrip() + " 30 60\n"
+    more = text.replace(end, f"{end}CHANNELS 2 Xrotation Yrotation\n").rstrip() + " 30 60\n"
     for found, usual in zip(
         *(bvh_file.pose(*bvh_file.parse(each)[:3]) for each in (more, text)), strict=True
     ):
@@ -140,6 +140,7 @@ def test_any_unit_gives_the_same_metres(unit, scale):
         (lambda t: t.replace("Frames: 3", "Frames: 4"), "4 frames"),
         (lambda t: t.replace("MOTION", ""), "MOTION"),
         (lambda t: t.replace("Zrotation", "Wrotation", 1), "Wrotation"),
+        (lambda t: t.replace("Zrotation", "Xrotation", 1), "each once"),
         (lambda t: t.replace("OFFSET", "OFFSET x", 1), "damaged"),
         (lambda t: t.replace("LeftFoot", "Flipper"), "Flipper"),
         (lambda t: t + "1 2\n", "damaged"),
