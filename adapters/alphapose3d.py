@@ -19,7 +19,7 @@ from ..pipeline.core.layouts import H36M17, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.skeletons import SMPL, h36m17_named
 from .kit.clock import Moments
-from .kit.json import field, first_person, numbers, people, track_named
+from .kit.json import field, first_person, name_of, numbers, people
 from .kit.people import People
 
 name = "alphapose3d"
@@ -54,7 +54,7 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
             raise InputError(
                 "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
             )
-        person = None if track else track_named(entry.get("idx", 0), where)
+        person = None if track else name_of(entry)
         box = numbers(entry.get("box") or [], f"{where}, box")  # left, top, width and height
         corners = np.concatenate([box[:2], box[:2] + box[2:]]) if box.shape == (4,) else None
         sightings.add(moment, unit_m * joints, person=person, box=corners)

@@ -2,8 +2,8 @@
 
 Arrays of Python objects, read without unpickling: `boxes` and `keypoints` hold [[], array] a frame, the array being
 (people, 5) x1, y1, x2, y2, score and (people, 4, 17) rows x, y, logit, probability in COCO's order, or an empty list
-when nobody was found (inference/infer_video_d2.py; Detectron 1 wrote the same from Python 2). Every frame of the
-video has an entry. Detectron does not follow people: they are joined from frame to frame.
+when nobody was found (inference/infer_video_d2.py). Every frame of the video has an entry. Detectron does not follow
+people: they are joined from frame to frame.
 """
 
 from __future__ import annotations

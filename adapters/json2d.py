@@ -12,8 +12,6 @@ certainty.
 
 from __future__ import annotations
 
-import reprlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +23,10 @@ from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
 from .kit.json import (
     beginning,
-    field,
     first_person,
     frame_files,
     keypoints_of,
-    load,
+    lists_images,
     name_of,
     people,
     surely_2d,
@@ -45,7 +42,6 @@ reads = (
 )
 
 _BODIES = ("bodies", "people")  # of AlphaPose's --format cmu and open
-_WHAT = "2D keypoints in JSON"
 _PIXELS = 5.0  # that joints lie apart, at least; shares of an image are within 1
 _MOST_SCORE = 2.0  # and no third coordinate
 _PIXEL = 1.0
@@ -55,7 +51,7 @@ def sniff(path: Path) -> bool:
     content = beginning(next(iter(frame_files(path)), path) if path.is_dir() else path)
     if path.is_dir() and isinstance(content, dict) and isinstance(content.get("people"), list):
         return True  # OpenPose's, though nobody may be there in the first frames
-    if _lists_images(content) or _by_image(content):
+    if lists_images(content) or _by_image(content):
         return True
     first = first_person(path)
     if first is None:
@@ -80,51 +76,14 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     content = beginning(path)
     by_image = _by_image(content)
     moments, sightings = Moments(str(path)), People(str(path))
-    listed = _annotations(path, moments) if _lists_images(content) else people(path, _WHAT, moments)
-    for moment, person, where in listed:
+    for moment, person, where in people(path, "2D keypoints in JSON", moments):
         points, scores = keypoints_of(person, where)
         if by_image:
             _refuse_head_as_neck(points, where)
-        sightings.add(moment, points, scores, None if track else name_of(person, where))
+        sightings.add(moment, points, scores, None if track else name_of(person))
     flags = sightings.without_flags()
     everybody = sightings.keypoints(moments.clock())
     return tuple(poses.noted("scores", unknown="visibility flags") if flags else poses for poses in everybody)
-
-
-def _lists_images(content: Any) -> bool:
-    """Whether it is COCO's annotations: a dict whose images have numbers and names."""
-    listed = content.get("images") if isinstance(content, dict) else None
-    first = listed[0] if isinstance(listed, list) and listed else None
-    return isinstance(first, dict) and first.keys() >= {"id", "file_name"}
-
-
-def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
-    """Moment, annotation and place in the file of each of COCO's that has keypoints."""
-    listed: dict[str, str] = {}  # names of images by their numbers
-    images: dict[str, str] = {}  # and numbers by names, of those with people
-    content = load(path, _WHAT)
-    held = (field(content, key, str(path)) for key in ("images", "annotations"))
-    of_images, annotations = (part if isinstance(part, list) else [part] for part in held)
-    for i, image in enumerate(of_images):
-        where = f"{path}, image {i}"
-        listed[str(field(image, "id", where))] = str(field(image, "file_name", where))
-    for i, entry in enumerate(annotations):
-        where = f"{path}, annotation {i}"
-        image = field(entry, "image_id", where)
-        if str(image) not in listed:
-            raise InputError(
-                "wrong-content", f"{where}: expected an image that the file lists, got {reprlib.repr(image)}."
-            )
-        if "keypoints" not in entry:
-            continue
-        name = listed[str(image)]
-        if images.setdefault(name, str(image)) != str(image):
-            raise InputError(
-                "files-apart",
-                f"{where}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
-                "another image; keep each video's keypoints in a file of their own.",
-            )
-        yield moments.of({"file_name": name}, where), entry, where
 
 
 def _by_image(content: Any) -> bool:

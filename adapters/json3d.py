@@ -94,7 +94,7 @@ def read(
                 "wrong-content",
                 f"{where}: expected {', '.join(map(str, sorted(_LAYOUTS)))} joints, got {len(points)}.",
             )
-        sightings.add(moment, points[:, :3], points[:, 3], None if track else name_of(person, where))
+        sightings.add(moment, points[:, :3], points[:, 3], None if track else name_of(person))
     if not len(sightings):
         raise InputError(
             "format-unknown",

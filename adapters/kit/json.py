@@ -112,12 +112,50 @@ def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
         raise InputError(
             "format-unknown", f"{path}: expected a list or an object, got {reprlib.repr(content)}."
         )
+    if isinstance(content, dict) and lists_images(content):
+        content = _by_names_of_images(content, str(path))
     held = content if isinstance(content, dict) else {"": content}
     for key, value in held.items():
         if isinstance(value, list):
             yield from ((key, element) for element in value)
         else:
             yield key, value
+
+
+def lists_images(content: Any) -> bool:
+    """Whether it is COCO's annotations: a dict whose images have numbers and names."""
+    listed = content.get("images") if isinstance(content, dict) else None
+    first = listed[0] if isinstance(listed, list) and listed else None
+    return isinstance(first, dict) and first.keys() >= {"id", "file_name"}
+
+
+def _by_names_of_images(content: Mapping[str, Any], where: str) -> list[dict[str, Any]]:
+    """COCO's annotations that have keypoints, with the names of their images in place of the numbers."""
+    images, annotations = (
+        part if isinstance(part, list) else [part]
+        for part in (content["images"], field(content, "annotations", where))
+    )
+    names = {
+        str(field(image, "id", f"{where}, image {i}")): str(field(image, "file_name", f"{where}, image {i}"))
+        for i, image in enumerate(images)
+    }
+    named = []
+    for i, entry in enumerate(annotations):
+        image = str(field(entry, "image_id", f"{where}, annotation {i}"))
+        if image not in names:
+            raise InputError(
+                "wrong-content",
+                f"{where}, annotation {i}: expected an image that the file lists, got {image!r:.60}.",
+            )
+        if "keypoints" in entry:
+            named.append(entry | {"image_id": names[image]})
+    if len(set(names.values())) < len(names):
+        raise InputError(
+            "files-apart",
+            f"{where}: expected the images of one video, each with a name of its own, got two of one name; keep each "
+            "video's keypoints in a file of their own.",
+        )
+    return named
 
 
 def field(entry: Any, key: str, where: str) -> Any:
@@ -324,27 +362,14 @@ def surely_2d(person: Mapping[str, Any]) -> bool:
     return flat or isinstance(held, dict) or isinstance(_first(person, _SCORES), list)
 
 
-def name_of(person: Mapping[str, Any], where: str) -> str | None:
-    """The person's number or name in the file; None where it names nobody. InputError for AlphaPose's `idx` that is no
-    single number."""
-    if "idx" in person:
-        return track_named(person["idx"], where)
+def name_of(person: Mapping[str, Any]) -> str | None:
+    """The person's number or name in the file, AlphaPose's `idx` first; None where it names nobody."""
     # COCO's annotations have numbers of their own.
     keys = [key for key in person if key != "id" or "image_id" not in person]
-    name = next((person[key] for key in of_kind("person", keys)), None)
+    name = next((person[key] for key in ("idx", *of_kind("person", keys)) if key in person), None)
+    if isinstance(name, float) and name % 1 == 0:
+        name = int(name)
     return None if name is None or isinstance(name, list | dict) or name == -1 else str(name)
-
-
-def track_named(idx: Any, where: str) -> str:
-    """The track that `idx` names: a number, or nested lists of one and the same number. InputError for others."""
-    ids = numbers(idx, where).ravel()
-    if len(ids) == 0 or not (ids == ids[0]).all() or ids[0] % 1 != 0:
-        raise InputError(
-            "people-mixed",
-            f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass track=true "
-            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before.",
-        )
-    return f"{ids[0]:.0f}"
 
 
 def _first(held: Mapping[str, Any], keys: tuple[str, ...]) -> Any:

@@ -45,10 +45,6 @@ def _from_buffer(raw: Any, dtype: np.dtype, shape: tuple[int, ...], order: str, 
     return np.frombuffer(raw, dtype).reshape(shape, order=order)  # type: ignore[call-overload]  # or ValueError
 
 
-def _bytes(raw: Any) -> Any:
-    return raw.encode("latin1") if isinstance(raw, str) else raw  # Python 2 wrote bytes as text
-
-
 _NAMES = {
     ("numpy", "ndarray"): _Named,
     ("numpy", "dtype"): _dtype,
@@ -56,11 +52,11 @@ _NAMES = {
     ("_codecs", "encode"): lambda text, _: text.encode("latin1"),  # how old protocols write bytes
     ("collections", "OrderedDict"): dict,
     ("collections", "defaultdict"): lambda *_: {},
-    **{(module, "dict"): dict for module in ("builtins", "__builtin__")},  # what defaultdict would make
+    ("builtins", "dict"): dict,  # what defaultdict would make
 }
 for _core in ("core", "_core"):
     _NAMES[f"numpy.{_core}.multiarray", "_reconstruct"] = _array
-    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: np.frombuffer(_bytes(raw), dtype)[0]
+    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: np.frombuffer(raw, dtype)[0]
     _NAMES[f"numpy.{_core}.numeric", "_frombuffer"] = _from_buffer
 
 
@@ -70,7 +66,7 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
     def __init__(self, content: bytes) -> None:
         self.stream = BytesIO(content)
         self.size = len(content)
-        super().__init__(self.stream, encoding="latin1")  # the text of Python 2
+        super().__init__(self.stream)
 
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) not in _NAMES:
@@ -119,7 +115,6 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
 
 def _fill(array: np.ndarray, shape: tuple[int, ...], dtype: np.dtype, fortran: bool, raw: Any) -> None:
     """Puts values into an array; numpy's own instruction does not look at what fits."""
-    raw = _bytes(raw)
     kept = isinstance(raw, list) if dtype.kind == "O" else isinstance(raw, bytes) and dtype.kind in _NUMBERS
     size = len(raw) if dtype.kind == "O" else len(raw) / max(dtype.itemsize, 1)
     if not kept or min(shape, default=0) < 0 or math.prod(shape) != size:

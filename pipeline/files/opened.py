@@ -1,12 +1,11 @@
 """Strangers' files, opened: how they begin, which is all that recognising them may read, the text of a whole one, and
 how much a compressed one may unpack to before it counts as a bomb.
 
-Text may be compressed with gzip, begin with a byte order mark, and be UTF-8 or, as spreadsheets write it, UTF-16.
+Text is UTF-8; it may be compressed with gzip, and begin with a byte order mark.
 """
 
 from __future__ import annotations
 
-import codecs
 import io
 import zlib
 from collections.abc import Iterator
@@ -17,7 +16,6 @@ from typing import TextIO
 from ..core.errors import InputError, naming, readable
 
 _GZIP = b"\x1f\x8b"
-_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _GZIP_OR_ZLIB = 32 + zlib.MAX_WBITS  # streams that zlib tells apart by their headers
 _ROOM = 1 << 20  # bytes that any file may unpack to
 _TIMES = 50  # and this often its size: a film of nobody but now and then shrinks to a twentieth, bombs to a thousandth
@@ -41,8 +39,7 @@ def first_bytes(path: Path, count: int, packed: bytes = _GZIP) -> bytes:
 def first_lines(path: Path, count: int) -> list[str]:
     """The lines that begin within so many bytes of a text, the last one maybe cut off; none of anything else. Never
     raises."""
-    start = first_bytes(path, count)
-    text = start.decode(_encoding(start), errors="ignore")
+    text = first_bytes(path, count).decode("utf-8-sig", errors="ignore")
     return [] if "\0" in text else text.splitlines()
 
 
@@ -62,13 +59,9 @@ def opened_text(path: Path, what: str) -> Iterator[TextIO]:
                     "file-damaged",
                     f"Expected {what} in {path}, but its gzip data are damaged or cut short; copy it again.",
                 ) from None
-            stream, start = io.BytesIO(content), content[: len(_GZIP)]
-        with io.TextIOWrapper(stream, _encoding(start), newline="") as text:
+            stream = io.BytesIO(content)
+        with io.TextIOWrapper(stream, "utf-8-sig", newline="") as text:
             yield text
-
-
-def _encoding(start: bytes) -> str:
-    return "utf-16" if start.startswith(_UTF_16) else "utf-8-sig"
 
 
 def whole_text(path: Path, what: str) -> str:

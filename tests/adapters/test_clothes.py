@@ -39,7 +39,6 @@ CLOTHES = {
     "gzip": (".csv.json", lambda content: gzip.compress(content)),
     "byte order mark": (".csv.json", lambda content: b"\xef\xbb\xbf" + content),
     "CRLF": (".csv.json", lambda content: content.replace(b"\n", b"\r\n")),
-    "UTF-16": (".csv", lambda content: content.decode().encode("utf-16")),
     "decimal commas": (".csv", _semicolons),
     "tabs": (".csv", lambda content: content.replace(b",", b"\t")),
     "JSON Lines": (".json", _lines),

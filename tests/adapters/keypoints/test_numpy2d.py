@@ -1,17 +1,51 @@
-"""VideoPose3D's own 2D files: Python objects in .npz, read without unpickling."""
-
-import pickle
-from io import BytesIO
-from typing import ClassVar
-from zipfile import ZipFile
+"""2D of vis.py and of VideoPose3D: arrays, and Python objects in .npz that are read without unpickling."""
 
 import numpy as np
 import pytest
 
 from golden.pickles import Trap
-from pcnet3d.adapters import detectron, read, read_all
+from pcnet3d.adapters import detectron, read, read_all, vis2d
 from pcnet3d.pipeline import InputError
 from refusals import refused
+
+
+def test_row_of_zeros_is_a_frame_without_a_person(write, moving):
+    frames, points = moving(17, [0, 1, 2, 5, 6])
+    poses = read(write("vis2d", {"0": (frames, points)}))
+    np.testing.assert_array_equal(poses.frame_index, np.arange(7))
+    np.testing.assert_array_equal(np.isnan(poses.joints).all(axis=(1, 2)), [0, 0, 0, 1, 1, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("key", "shape", "words"),
+    [
+        *(
+            ("reconstruction", shape, "expected an array of shape")
+            for shape in ((12, 17, 3), (1, 12, 17, 4), (1, 12, 16, 2), (12, 17, 2), (17, 2))
+        ),
+        ("positions_2d", (1, 12, 17, 2), r"'reconstruction'.*positions_2d"),
+    ],
+)
+def test_other_shapes_and_keys_are_not_its_own(tmp_path, key, shape, words):
+    path = tmp_path / "keypoints.npz"
+    np.savez(path, **{key: np.ones(shape, np.float32)})
+    assert not vis2d.sniff(path)
+    with pytest.raises(InputError, match=words):
+        vis2d.read(path)
+
+
+@pytest.mark.data("lifter", "native")
+def test_real_folder(data):
+    """The folder of an MHFormer run, its file, and the same keypoints as an array."""
+    folder = data / "native" / "mhformer" / "skating"
+    with np.load(data / "lifter" / "mhformer_skating.npz") as known:
+        points = known["run_a_kp2d"]
+    for path in (folder, folder / "input_2D" / "keypoints.npz"):
+        (poses,) = read_all(path, gives="keypoints", fps=25)
+        np.testing.assert_array_equal(poses.joints, points)
+        np.testing.assert_array_equal(poses.frame_index, np.arange(291))
+    assert not vis2d.sniff(folder / "output_3D" / "output_keypoints_3d.npz")
+
 
 SYMMETRY = [[1, 3, 5, 7, 9, 11, 13, 15], [2, 4, 6, 8, 10, 12, 14, 16]]
 
@@ -57,36 +91,6 @@ def test_a_file_that_would_run_something_is_refused(save, write, moving, tmp_pat
         with pytest.raises(InputError, match="refused"):
             read_all(path, gives="keypoints")
     assert not mark.exists()
-
-
-class _Python2(pickle._Pickler):
-    """Protocol 2 with text and bytes alike as Python 2's str."""
-
-    dispatch: ClassVar = dict(pickle._Pickler.dispatch)
-
-    def save_str(self, text):
-        raw = text if isinstance(text, bytes) else text.encode("latin1")
-        self.write(pickle.BINSTRING + len(raw).to_bytes(4, "little") + raw)
-
-    dispatch[str] = dispatch[bytes] = save_str
-
-
-def test_detections_of_python_2(write, moving):
-    """Detectron 1's files, which VideoPose3D reads with encoding="latin1"."""
-    _, points = moving(17)
-    path = write("detectron", {"0": (range(12), points)})
-    held = dict(np.load(path, allow_pickle=True))
-    with ZipFile(path, "w") as archive:
-        for name, array in held.items():
-            stream = BytesIO()
-            header = {"descr": "|O", "fortran_order": False, "shape": array.shape}
-            np.lib.format.write_array_header_1_0(stream, header)
-            content = BytesIO()
-            _Python2(content, protocol=2).dump(array)
-            stream.write(content.getvalue().replace(b"cnumpy._core.", b"cnumpy.core."))
-            archive.writestr(f"{name}.npy", stream.getvalue())
-    np.load(path, allow_pickle=True, encoding="latin1")["keypoints"]  # what it is meant to be
-    np.testing.assert_allclose(read(path).joints, points[..., :2], atol=1e-4)
 
 
 def test_plain_arrays_are_not_its_own(tmp_path):
