@@ -16,9 +16,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17, H36M17, IN_2D
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.arrays import Shape, arrays_in
+from ..pipeline.files.arrays import Shape, arrays_in, peek, plain_array
 from ..pipeline.reading.tracks import REACH, steps
-from .kit.numpy import peek, plain_array
 from .kit.people import COUNTS, People, in_pixels
 
 name = "array2d"

@@ -18,11 +18,10 @@ from ..pipeline.core.frames import CAMERA, FRAMES
 from ..pipeline.core.layouts import COCO17, H36M17, MPI3DHP17, layout_named
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.arrays import keys, load
+from ..pipeline.files.arrays import keys, load, peek, plain_array
 from ..pipeline.reading.joint_order import MISFIT, misfit, other_order
 from ..pipeline.signals.checks import chirality
 from .kit import lifters
-from .kit.numpy import peek, plain_array
 from .kit.world import Maker, maker, upright
 
 name = "arrays"

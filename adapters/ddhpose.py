@@ -20,8 +20,8 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import plain_array
 from .kit.lifters import CLIP, CLIPS, FRAMES, check_metric, fits, in_camera
-from .kit.numpy import plain_array
 
 name = "ddhpose"
 gives = "poses"

@@ -14,8 +14,9 @@ from pathlib import Path
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import has_objects, load_objects, shaped
+from ..pipeline.files.arrays import has_objects, shaped
 from .kit.people import People
+from .kit.pickles import load_objects
 
 name = "detectron"
 gives = "keypoints"

@@ -24,7 +24,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Z_UP
 from ..pipeline.core.layouts import BLAZEPOSE33, COCO23
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.numpy import peek, plain_array
+from ..pipeline.files.arrays import peek, plain_array
 from .kit.people import People
 from .kit.tables import header_of, read_points
 from .kit.world import check_upright

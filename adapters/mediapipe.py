@@ -23,9 +23,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BLAZEPOSE33
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import peek, plain_array
 from .kit.clock import Clock, Moments, plain
 from .kit.json import beginning, by_name, frames, numbers
-from .kit.numpy import peek, plain_array
 from .kit.people import People
 from .kit.tables import header_of, read_points
 

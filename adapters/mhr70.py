@@ -23,11 +23,11 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MHR70
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import arrays_in, keys, load
+from ..pipeline.files.arrays import arrays_in, begins, keys, load
 from .kit.clock import frame_number
 from .kit.json import beginning, each, numbers
-from .kit.numpy import begins, load_objects
 from .kit.people import People
+from .kit.pickles import load_objects
 from .kit.tables import header_of, read_points
 
 name = "mhr70"

@@ -14,8 +14,8 @@ from pathlib import Path
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import plain_array
 from .kit.lifters import CLIP, FRAMES, fits, in_camera, in_pixels
-from .kit.numpy import plain_array
 
 name = "motionbert"
 gives = "poses"

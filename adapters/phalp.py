@@ -16,7 +16,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.numpy import shaped
+from ..pipeline.files.arrays import shaped
 from .kit.people import People
 from .kit.pickles import beginning, load
 

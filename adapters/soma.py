@@ -14,8 +14,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Y_UP
 from ..pipeline.core.layouts import SOMA30, SOMA77
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.arrays import keys, load
-from .kit.numpy import begins
+from ..pipeline.files.arrays import begins, keys, load
 from .kit.world import Maker, check_upright, maker
 
 name = "soma"

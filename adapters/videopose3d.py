@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import keys
+from ..pipeline.files.arrays import keys, peek, plain_array
 from .kit.lifters import FRAMES, check_metric, fits, in_camera, looks_metric
-from .kit.numpy import peek, plain_array
 
 name = "videopose3d"
 gives = "poses"

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.arrays import load
-from .kit.numpy import peek
+from ..pipeline.files.arrays import load, peek
 from .kit.people import People
 
 name = "vis2d"

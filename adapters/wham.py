@@ -23,8 +23,8 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25, COCO17, FEET, H36M17_B, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import load as load_array
+from ..pipeline.files.arrays import shaped
 from ..pipeline.files.skeletons import SMPL
-from .kit.numpy import shaped
 from .kit.pickles import beginning, load
 
 name = "wham"

@@ -20,7 +20,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
-from .numpy import peek
+from ...pipeline.files.arrays import peek
 
 FRAMES: tuple[str, int, int] = ("frames", len(H36M17), 3)
 CLIP = 243  # frames that MotionBERT, DDHPose and MixSTE see at once

@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...pipeline.core.errors import InputError, naming, readable
+from ...pipeline.files.arrays import opened
 from ...pipeline.files.opened import first_bytes, unpacked
 
 _ZLIB = b"\x78"
@@ -148,6 +149,21 @@ def load(path: Path) -> Any:
     with readable(path, "a pickle"):
         content = path.read_bytes()
     return loads(content, str(path))
+
+
+def load_objects(path: Path, key: str) -> Any:
+    """The Python objects of an .npz's array `key`, as lists, dicts, texts, numbers and arrays; the one object of an
+    array of shape (). InputError for an array of anything else, and for objects that would have to be called.
+    """
+    where = f"{path}, array '{key}'"
+    with opened(path, key) as (shape, _, dtype, stream, _):
+        if not dtype.hasobject:
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.",
+            )
+        content = stream.read()
+    return loads(content, where)
 
 
 def loads(content: bytes, where: str) -> Any:

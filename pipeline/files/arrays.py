@@ -12,6 +12,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import combinations
 from pathlib import Path
 from typing import IO, Any
 
@@ -24,6 +25,8 @@ from .opened import check_size
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
 Stored = tuple[tuple[int, ...], bool, np.dtype, IO[bytes], int]
 
+_PEEK_BYTES = 1 << 22
+_BEGINNING = 1 << 16
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 # What the parsers of zip archives and npy headers raise on damaged bytes.
 DAMAGE = (
@@ -84,6 +87,54 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
             )
         _check_archive(path, names)
     return {name: _read(path, name, "fiubU") for name in names}
+
+
+def plain_array(path: Path, *shapes: Shape, key: str | None = None, limit: int | None = None) -> np.ndarray:
+    """As `load`, (...,) of one of the shapes; the file may have more axes of length 1: a batch, or a person."""
+    shape = begins(path, key)[0]
+    for drop in ((), *((axis,) for axis in range(len(shape))), *combinations(range(len(shape)), 2)):
+        cut = tuple(length for axis, length in enumerate(shape) if axis not in drop)
+        if all(shape[axis] == 1 for axis in drop) and any(fits(cut, wanted) for wanted in shapes):
+            return load(path, shape, key=key, limit=limit).squeeze(drop)
+    return load(path, *shapes, key=key, limit=limit)  # says what was expected
+
+
+def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:
+    """The first rows of what `load` gives, (...,) of one of the shapes, or None where it would raise: for sniffing. At
+    most 4 MB are read, which are 20,000 rows of 17 joints; data of a wrong shape are never read."""
+    try:
+        return plain_array(path, *shapes, key=key, limit=_PEEK_BYTES)
+    except InputError:
+        return None
+
+
+def begins(path: Path, key: str | None) -> tuple[tuple[int, ...], bytes]:
+    """Of an .npz's array `key`, or an .npy's without one, the shape that its header says, and of Python objects the
+    first 64 KB of their pickle; () and none where it cannot be read. Never raises."""
+    try:
+        with opened(path, key) as (shape, _, dtype, stream, _):
+            return shape, stream.read(_BEGINNING) if dtype.hasobject else b""
+    except InputError:
+        return (), b""
+
+
+def has_objects(path: Path, *wanted: str) -> bool:
+    """Whether the file is an .npz with arrays of Python objects by these names. Never raises."""
+    return arrays_in(path) >= set(wanted) and all(begins(path, key)[1] for key in wanted)
+
+
+def shaped(values: Any, where: str, *shapes: Shape, kinds: str = "fiu") -> np.ndarray:
+    """The values (...,). InputError, beginning with `where`, unless they are an array of numbers of one of these
+    shapes, not empty, and none of them infinite. kinds: of their dtype."""
+    array = values if isinstance(values, np.ndarray) else np.zeros(())
+    fit = array.size > 0 and any(fits(array.shape, shape) for shape in shapes)
+    if array.dtype.kind not in kinds or not fit or np.isinf(array).any():
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected finite numbers of shape {' or '.join(map(in_words, shapes))}, got {array.shape} of "
+            f"{array.dtype}.",
+        )
+    return array
 
 
 def write_arrays(path: Path, **arrays: Any) -> None:

@@ -23,10 +23,9 @@ from laps import lap_s
 from pcnet3d.adapters import arrays, ddhpose, motionbert, read, videopose3d
 from pcnet3d.adapters.kit import json as _json
 from pcnet3d.adapters.kit import pickles as _pickles
-from pcnet3d.adapters.kit.numpy import peek
 from pcnet3d.adapters.kit.pickles import loads
 from pcnet3d.pipeline import InputError, load_recipe
-from pcnet3d.pipeline.files.arrays import keys, load, load_all
+from pcnet3d.pipeline.files.arrays import keys, load, load_all, peek
 from pcnet3d.pipeline.files.markers import parse_c3d
 from pcnet3d.pipeline.files.opened import check_size
 

@@ -493,7 +493,7 @@ BAD = {
     "empty": (b"", "empty"),
     "blank": (b" \n ", "empty"),
     "not UTF-8": (b'[{"image_id": "\xff.jpg"}]', "UTF-8"),
-    "UTF-16": ("[]".encode("utf-16"), "expected"),
+    "UTF-16": ("[]".encode("utf-16"), "UTF-8"),
     "text": (b"hello", "line 1, column 1"),
     "deeply nested": (b"[" * 50_000 + b"]" * 50_000, "no detector writes"),
     "long integer": (b"[" + b"9" * 9000 + b"]", "no detector writes"),
