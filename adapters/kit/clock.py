@@ -20,7 +20,6 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.notices import Notice, notice
-from ...pipeline.core.pose import PoseSequence
 
 # By the plain name (`plain`); of several of a kind the first in this table counts.
 _NAMES = {
@@ -94,14 +93,6 @@ class Clock:
     time_s: np.ndarray | None
     known: bool
     notices: tuple[Notice, ...] = ()
-
-    def on(self, poses: PoseSequence) -> PoseSequence:
-        """Poses whose frame_index is of `index`, with their times."""
-        time_s = self.time_s
-        if time_s is not None:
-            order = np.argsort(self.index, kind="stable")
-            time_s = time_s[order][np.searchsorted(self.index[order], poses.frame_index)]
-        return poses.with_(time_s=time_s, frames_known=self.known).saying(*self.notices)
 
 
 class Moments:

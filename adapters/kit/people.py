@@ -218,7 +218,10 @@ class People:
             if unnamed:
                 no_track = notice("no-track-number", unnamed=unnamed, detections=len(self))
                 poses = poses.noted("track numbers", left_out=unnamed).saying(no_track)
-            people.append(poses if clock is None else clock.on(poses))
+            if clock is not None:
+                time_s = None if clock.time_s is None else clock.time_s[moments[rows]]
+                poses = poses.with_(time_s=time_s, frames_known=clock.known).saying(*clock.notices)
+            people.append(poses)
         return tuple(people)
 
     def _refuse_twice(self, person: str, frames: np.ndarray, frame: Frame) -> None:

@@ -10,7 +10,7 @@ import re
 import shutil
 import socket
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
 from secrets import token_hex
@@ -103,13 +103,11 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
     path = path.resolve()
     _tidy_up(path)
     check_replaceable(path, force, inputs)
-    made = [parent for parent in path.parents if not parent.exists()]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         partial = path.with_name(f".{path.name}.partial-{_us()}-{token_hex(4)}")
         partial.mkdir()
     except OSError as error:
-        _remove_empty(made)
         raise InputError(
             "cannot-write", f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
         ) from None
@@ -120,8 +118,6 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
         _exchange(partial, path)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-        if not path.exists():
-            _remove_empty(made)
 
 
 def _exchange(new: Path, path: Path) -> None:
@@ -240,12 +236,6 @@ def read_object(path: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}
-
-
-def _remove_empty(folders: list[Path]) -> None:
-    for folder in folders:
-        with suppress(OSError):
-            folder.rmdir()
 
 
 def printable(name: str) -> str:
