@@ -58,8 +58,8 @@ def sniff(path: Path) -> bool:
         return first is not None and _is_archive(first)
     if _is_archive(path):
         return True
-    if (header := header_of(path)) is not None:
-        return set(_NAMES) <= header.points and header.dims == 3
+    if _is_table(path):
+        return True
     content = beginning(path)
     frames = list(content.values()) if isinstance(content, dict) else content
     listed = (frame for frame in frames if isinstance(frame, list)) if isinstance(frames, list) else ()
@@ -136,6 +136,11 @@ def _object_key(path: Path) -> str | None:
     )
 
 
+def _is_table(path: Path) -> bool:
+    header = header_of(path)
+    return header is not None and set(_NAMES) <= header.points and header.dims == 3
+
+
 def _is_archive(path: Path) -> bool:
     """Of stacked arrays or of one frame's, or of the dicts themselves."""
     key = _key(arrays_in(path))
@@ -148,13 +153,8 @@ def _frames(path: Path) -> tuple[bool, Iterable[tuple[int, Any]]]:
     """Whether the video frames are known, and number and people, in lists and dicts as the file holds them, of each."""
     if path.is_dir():
         return True, _of_folder(path)
-    if header_of(path) is not None:
+    if _is_table(path):
         table = read_points(path, "SAM3DBody-cpp's table")
-        if not set(_NAMES) <= set(table.names):
-            raise InputError(
-                "wrong-content",
-                f"{path}: expected the 70 keypoints of MHR, got {', '.join(table.names[:8])}.",
-            )
         points = table.values[:, [table.names.index(name) for name in _NAMES], :3]
         points[(points == 0).all(axis=-1)] = np.nan
         return False, enumerate({"pred_keypoints_3d": row} for row in points)
@@ -164,7 +164,9 @@ def _frames(path: Path) -> tuple[bool, Iterable[tuple[int, Any]]]:
     held = _of_archive(path)
     if isinstance(held, list):
         return True, enumerate(held)
-    keypoints = held[_key(held) or ""]
+    if (key := _key(held)) is None:
+        return True, [(0, held)]
+    keypoints = held[key]
     several = keypoints.ndim in (3, 4)
     rows = _split(held, len(keypoints)) if several else [held]
     given = next((held[key] for key in _NUMBERS if several and key in held), None)
@@ -193,10 +195,6 @@ def _of_folder(path: Path) -> Iterator[tuple[int, Any]]:
                 "into a folder of its own.",
             )
         yield frame, _of_archive(file)
-    if not images:
-        raise InputError(
-            "format-unknown", f"{path}: expected .npz of SAM 3D Body, one a frame, found none there."
-        )
 
 
 def _of_archive(path: Path) -> Any:
@@ -204,15 +202,8 @@ def _of_archive(path: Path) -> Any:
     if key := _object_key(path):
         return load_objects(path, key)
     held = keys(path)
-    key = _key(held)
-    if key is None:
-        raise InputError(
-            "wrong-content",
-            f"{path}: expected an array pred_keypoints_3d, or joints_3d beside cam_trans, got "
-            f"{', '.join(held) or 'none by name'}.",
-        )
-    wanted = (key, _KEYPOINTS[key], "focal_length", "bbox", *_NUMBERS)
-    return {name: load(path, key=name) for name in wanted if name in held}
+    wanted = (*_KEYPOINTS, *_KEYPOINTS.values(), "focal_length", "bbox", *_NUMBERS)
+    return {name: load(path, key=name) for name in dict.fromkeys(wanted) if name in held}
 
 
 def _of_one_frame(held: Any, where: str) -> Iterator[Mapping[str, Any]]:
@@ -223,7 +214,8 @@ def _of_one_frame(held: Any, where: str) -> Iterator[Mapping[str, Any]]:
     key = _key(held) if isinstance(held, Mapping) else None
     if key is None:
         raise InputError(
-            "wrong-content", f"{where}: expected pred_keypoints_3d of each person, got another entry."
+            "wrong-content",
+            f"{where}: expected pred_keypoints_3d of each person, or joints_3d beside cam_trans, got another entry.",
         )
     several = isinstance(held[key], np.ndarray) and held[key].ndim > len(_SHAPE)
     yield from _split(held, len(held[key])) if several else [held]
