@@ -42,8 +42,11 @@ def _dtype(text: Any, *_: Any) -> np.dtype:
 
 
 def _from_buffer(raw: Any, dtype: np.dtype, shape: tuple[int, ...], order: str, *_: Any) -> np.ndarray:
-    """(...,)."""
-    return np.frombuffer(raw, dtype).reshape(shape, order=order)  # type: ignore[call-overload]  # or ValueError
+    """(...,), which nothing in the file can write into. Of bytes alone: of an array of objects the bytes are where in
+    memory these are."""
+    if not isinstance(raw, bytes | bytearray):
+        raise ValueError("an array is made of something else than bytes")
+    return np.frombuffer(bytes(raw), dtype).reshape(shape, order=order)  # type: ignore[call-overload]
 
 
 _NAMES = {
@@ -57,7 +60,7 @@ _NAMES = {
 }
 for _core in ("core", "_core"):
     _NAMES[f"numpy.{_core}.multiarray", "_reconstruct"] = _array
-    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: np.frombuffer(raw, dtype)[0]
+    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: _from_buffer(raw, dtype, (-1,), "C")[0]
     _NAMES[f"numpy.{_core}.numeric", "_frombuffer"] = _from_buffer
 
 
@@ -121,6 +124,7 @@ def _fill(array: np.ndarray, shape: tuple[int, ...], dtype: np.dtype, fortran: b
     if not kept or min(shape, default=0) < 0 or math.prod(shape) != size:
         raise ValueError(f"an array of shape {shape} of {dtype} has other values")
     array.__setstate__((1, shape, dtype, bool(fortran), raw))  # type: ignore[arg-type]
+    array.flags.writeable = False
 
 
 def _bounded(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:

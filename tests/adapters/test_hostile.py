@@ -337,6 +337,7 @@ def twice(depth: int) -> bytes:
 
 ARRAY = named("numpy._core.multiarray", "_reconstruct")
 DTYPE = named("numpy", "dtype")
+FROM_BUFFER = named("numpy._core.numeric", "_frombuffer")
 WRAPPER = named("joblib.numpy_pickle", "NumpyArrayWrapper")
 FORBIDDEN = {
     "os.system": pickle.dumps(Calls(__import__("os").system, "touch /nowhere")),
@@ -398,6 +399,11 @@ ARRAYS = {
     "records of objects": array(b"K\x01\x85", b"O,O"),
     "objects in place of numbers": array(b"K\x01\x85", b"f8", b"]"),
     "numbers in place of objects": array(b"K\x04\x85", b"O8"),
+    "objects as bytes": array(b"K\x01\x85", b"O8", b"]Na")[:-1].replace(HEAD, HEAD + FROM_BUFFER + b"(")
+    + DTYPE
+    + b"\x8c\x02i8K\x00K\x01\x87RK\x01\x85\x8c\x01CtR"
+    + STOP,
+    "a value put into an array": array(b"K\x01\x85", raw=b"C\x08abcdefgh")[:-1] + b"K\x00K\x01s" + STOP,
     "an array of itself": array(b"K\x01\x85", b"O8", b"]h\x00a").replace(b")R(", b")R\x94("),
 }
 
