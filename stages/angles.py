@@ -9,8 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.angle_error.disagreement import by_disagreement, far_off
-from ..models.angle_error.joint_covariance import joint_covariance, turns_of
-from ..models.angle_error.joint_noise import JointNoise, made_by_the_built_in, read_noise, shipped_noise
+from ..models.angle_error.joint_noise import (
+    JointNoise,
+    joint_covariance,
+    made_by_the_built_in,
+    read_noise,
+    shipped_noise,
+    turns_of,
+)
 from ..models.angle_error.take_angles import (
     AngleSeries,
     angle_rates,
@@ -31,14 +37,16 @@ from ..pipeline.signals.filters import breaks
 from .lift import Lift
 
 THE_ANGLES = "the angles"  # what the notice `errors-unknown` says it of
-_KEYPOINTS = "the video's keypoints too, or "
-_SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT), or "
+_ADVICE = (
+    "; give the video's keypoints and the size of its images too (--set read.image_size=WIDTHxHEIGHT), or a file of "
+    "its errors (--set angles.errors=FILE)"
+)
 
 
 @dataclass(frozen=True)
 class Angles:
     """The stage. It takes the joints that `trajectories` has filtered, and states their error where the lifter does
-    (models/angle_error/joint_covariance.py).
+    (models/angle_error/joint_noise.py).
 
     Columns (T,) for every angle of signals.angles.ANGLES, and of FOOT_ANGLES there for poses with feet,
     whose errors are unknown: `<angle>_deg`, `_sd_deg`, `_degps`, its error `_sd_degps`, and `_reason` (int8,
@@ -65,7 +73,7 @@ class Angles:
         if self.errors is not None and poses.lifted:
             noise = read_noise(self.errors)
         turning = None if noise is None else turns_of(take)
-        series, times, speed = angle_series(poses, rectified, filtered, noise)
+        series, speed = angle_series(poses, rectified, filtered, noise)
         basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
         far = far_off(poses, rectified) if noise is not None and rectified.level_ok else None
         if noise is None and poses.lifted and (second := _second(take)) is not None:
@@ -77,7 +85,7 @@ class Angles:
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
         series = without_exchanged(series, in_doubt(take))
-        columns = _columns(series, times, breaks(poses), noise, speed)
+        columns = _columns(series, poses, noise, speed)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
@@ -86,24 +94,15 @@ class Angles:
         doubts = [] if far is None else [far]
         why = None
         if basis == "none" and self.errors is not None:
-            are = "were measured" if poses.made_by.kind == "measured" else "are in a world's axes"
-            reason = f"the given file is for poses that were estimated in camera axes, and these {are}"
+            reason = "the given file is for poses that were estimated in camera axes, and these were not"
             why = notice("errors-unknown", weight="warning", what=THE_ANGLES, reason=reason)
         elif basis == "none":
-            why = errors_unknown(poses, _lacking(take))
+            why = errors_unknown(poses)
         return take.saying(*doubts, *_notices(columns), *([why] if why else []))
 
 
-def _lacking(take: Take) -> str:
-    """What the built-in lifter would need for lifting a take's keypoints beside its poses."""
-    if take.keypoints is None:
-        return _KEYPOINTS
-    return _SIZE if take.image_size is None else ""
-
-
-def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None:
-    """Why the errors of these poses' angles are not known; None where the poses were
-    measured. more: what would tell the errors, besides a file."""
+def errors_unknown(poses: PoseSequence) -> Notice | None:
+    """Why the errors of these poses' angles are not known; None where the poses were measured."""
     if poses.made_by.kind == "measured":
         return None
     if poses.made_by.kind == "unknown":
@@ -111,18 +110,15 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
             "say whether the poses were measured or estimated (-O made_by=measured, or -O made_by=estimated)"
         )
         return notice("errors-unknown", what=THE_ANGLES, reason=why)
-    advice = (
-        f"; give {more}a file of its errors (--set angles.errors=FILE)" if poses.lifted else " in world axes"
-    )
     by = f" by {poses.made_by.by}" if poses.made_by.by else ""
-    why = f"the poses were estimated{by}, and this estimator was not compared with ground truth{advice}"
-    return notice("errors-unknown", what=THE_ANGLES, reason=why)
+    why = f"the poses were estimated{by}, and this estimator was not compared with ground truth"
+    return notice("errors-unknown", what=THE_ANGLES, reason=why + (_ADVICE if poses.lifted else ""))
 
 
 def _second(take: Take) -> PoseSequence | None:
     """The built-in lifter's poses of the take's keypoints; None where it cannot lift them, as those of two people, or
     there are none."""
-    if _lacking(take) or not take.need("rectified").level_ok:
+    if take.keypoints is None or take.image_size is None or not take.need("rectified").level_ok:
         return None
     try:
         return Lift().poses_of(take.with_(poses=None))
@@ -134,12 +130,11 @@ def _second(take: Take) -> PoseSequence | None:
 
 def _columns(
     series: dict[str, AngleSeries],
-    times: np.ndarray,
-    seams: tuple[int, ...],
+    poses: PoseSequence,
     noise: JointNoise | None,
     speed: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    rates = angle_rates(series, times, seams, noise, speed)
+    rates = angle_rates(series, poses.times, breaks(poses), noise, speed)
     columns = {}
     for name, angle in series.items():
         rate, sd = rates.pop(name)

@@ -112,23 +112,16 @@ def _said(
     body = poses.without_feet.joints
     squares = folding(body) ** 2 @ np.square(FOLDING_SD)
     folded = implied_stature(body) * float(np.sqrt(np.quantile(squares, UNUSUAL)))
-    placed, frames, bridged = int((located & visible).sum()), len(visible), int((located & ~visible).sum())
-    bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
-    guess = "; the focal length is a guess" if camera.focal_source == "prior" else ""
+    depth = half_bar(100 * path.focal_sd)
     return notice(
         "placed",
-        placed=placed,
-        frames=frames,
-        bridges=bridges,
+        placed=int((located & visible).sum()),
+        frames=len(visible),
         within=half_bar(metres * hypot(own_sd, posture, folded)),
         unit="m" if poses.frame.unit == "m" or stature_m is not None else "units",
         size_percent=half_bar(100 * SCALE_SD),
-        depth=f"because of the focal length, the distance from the camera is within {share:g} %"
-        if (share := half_bar(100 * path.focal_sd)) < 100
-        else "the distance from the camera is not known"
-        if guess
-        else "the focal length and the distance from the camera are not known",
-        guess=guess,
+        depth=f"is within {depth:g} % because of the focal length" if depth < 100 else "is not known",
+        guess="; the focal length is a guess" if camera.focal_source == "prior" else "",
         unjudged="" if made_by_the_built_in(poses) else "; these errors were not measured for these poses",
     )

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..models.angle_error.joint_covariance import FOCAL_HEADING, turns_of
+from ..models.angle_error.joint_noise import FOCAL_HEADING, turns_of
 from ..models.common.residuals import stated_spread
 from ..models.gravity.evidence import told_up
 from ..models.gravity.levelling import (

@@ -76,8 +76,7 @@ class Trajectories:
             covariance=rectified.level.covariance,
         )
         known_error = self.cutoff_hz is None
-        path, cutoff_hz, values_lost = smooth(level, self.cutoff_hz)
-        filtered = _notices(path, cutoff_hz, values_lost, known_error)
+        path, cutoff_hz, filtered = smooth(level, self.cutoff_hz)
         lifted, judged = take.need("poses").lifted, made_by_the_built_in(take.need("poses"))
         motions = known_motions(level, self.joints, lifted, judged) if known_error else {}
         if motions:  # whose columns hold something else than this path, which angles are taken from
@@ -139,10 +138,12 @@ def known_motions(
     return motions
 
 
-def smooth(level: PoseSequence, cutoff_hz: float | None = None) -> tuple[PoseSequence, float | None, int]:
+def smooth(
+    level: PoseSequence, cutoff_hz: float | None = None
+) -> tuple[PoseSequence, float | None, list[Notice]]:
     """The same poses with the paths of every joint and the root through a Butterworth filter (two passes, order 4
     together, no phase shift), inside their unbroken pieces (pipeline/signals/filters.py); its cut-off, None where
-    nothing was filtered; and how many values of joints were lost, as the history says too.
+    nothing was filtered; and that this is so, or how many values of joints were lost, as the history says too.
 
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz. One frame
     is not filtered.
@@ -153,14 +154,16 @@ def smooth(level: PoseSequence, cutoff_hz: float | None = None) -> tuple[PoseSeq
     times, seams = level.times, breaks(level)
     fps = rate(times)
     if np.isnan(fps) or (cutoff_hz is None and fps <= 2 * CUTOFF_HZ):
-        return level.noted("low-pass filter", filter="none", unfiltered=True), None, 0
+        said = [] if np.isnan(fps) else [notice("not-filtered", fps=fps, cutoff_hz=CUTOFF_HZ)]
+        return level.noted("low-pass filter", filter="none", unfiltered=True), None, said
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
     joints = smoothed(level.joints, times, cutoff, seams)
     path = level.path and replace(level.path, points=lowpass(level.path.points, times, cutoff, seams))
     lost = int((is_finite(level.joints) & ~is_finite(joints)).sum())
     filtered = level.with_(joints=joints, path=path)
     noted = filtered.noted("low-pass filter", filter="butterworth", cutoff_hz=cutoff, values_lost=lost)
-    return noted, cutoff, lost
+    said = [notice("pieces-too-short", values=lost, cutoff_hz=cutoff)] if lost else []
+    return noted, cutoff, said
 
 
 def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> dict[str, np.ndarray]:
@@ -231,17 +234,3 @@ def unit_of(column: str, length: str) -> str:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
     return _UNITS.get(last, "").format(length)
-
-
-def _notices(
-    path: PoseSequence, cutoff_hz: float | None, values_lost: int, known_error: bool
-) -> list[Notice]:
-    """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
-    if len(path) == 1:
-        return []
-    if cutoff_hz is None:
-        return [notice("not-filtered", fps=rate(path.times), cutoff_hz=CUTOFF_HZ)]
-    if not values_lost:
-        return []
-    missing = "angles" if known_error else "paths, velocities and accelerations"
-    return [notice("pieces-too-short", values=values_lost, cutoff_hz=cutoff_hz, missing=missing)]

@@ -22,13 +22,19 @@ takes of the 34 train subjects and the 9 validation subjects. Each angle's facto
 errors lie within 1.645 standard deviations in every configuration of a run, are fitted by
 models/lab/evaluation/errors.py on lifted validation subjects (models/rectifier/card.md has the split), also for another
 lifter.
+
+And how wrong each joint's place is, as an ellipsoid that holds. A lifter's own covariance is right about what differs
+from frame to frame, and knows nothing of two turns that all its frames share. A person beside the camera's axis is seen
+along a ray that only the focal length tells: its error as a share, times the tangent of the angle off the axis, turns
+body and ray together. And bodies are lifted as if the camera looked more level than it does, by a share of its pitch.
+Both turn about axes across the ray, so that joints in front of the pelvis and behind it move across, and those beside
+it in depth.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -37,11 +43,13 @@ import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
+from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.measures import SD_90
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite, known_median, transpose
-from ...pipeline.core.system import cores
+from ...pipeline.core.rotations import is_finite, known_median, rotate, transpose, unit
+from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES, angles, near
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
@@ -51,6 +59,7 @@ _LEAST_SPREAD = 0.02  # of limb lengths, added so that a perfect frame is not be
 _MEAN_OF_STD = float(np.sqrt(2 / np.pi))  # mean size over standard deviation of a Gaussian
 _MODEL_ALONE = (1.0, 0.0, 0.0, 0.0)  # rates of an angle that nothing was fitted to
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)  # mean over root mean square of a direction's error, two dimensions
+FOCAL_HEADING = 0.77  # mean error of a body's heading over Turns.heading, by takes of val subjects
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +71,7 @@ class JointNoise:
     on straight lines between. postures: by angle, the standard deviations in degrees that one of
     each column of posture.growth adds. rates: by angle, of its angular velocity: a share of what the smoother's model
     says, one of the rate, a least one in degrees a second, and what one of posture.growth's speed adds; their squares
-    add. turn: of joints' own places (joint_covariance.py). lifter: whose poses these are the errors of, as
+    add. turn: of `joint_covariance`. lifter: whose poses these are the errors of, as
     PoseSequence.made_by names it."""
 
     modes: np.ndarray
@@ -118,19 +127,13 @@ class JointNoise:
 
     def as_json(self) -> str:
         """As joint_noise.json holds it."""
-        content = {
-            "lifter": self.lifter,
+        rounded = {
             "usual": [round(each, 5) for each in self.usual],
             "powers": [round(power, 3) for power in self.powers],
-            "factors": self.factors,
-            "tilts": self.tilts,
             "more": {name: {"found_deg": at, "sd_deg": more} for name, (at, more) in self.more.items()},
-            "postures": self.postures,
-            "rates": self.rates,
-            "turn": self.turn,
             "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in self.modes],
         }
-        return json.dumps(content) + "\n"
+        return json.dumps(vars(self) | rounded) + "\n"
 
 
 def shipped_noise() -> JointNoise:
@@ -156,11 +159,8 @@ def read_noise(path: Path) -> JointNoise:
             tilts=dict(content["tilts"]),
             more={name: (more["found_deg"], more["sd_deg"]) for name, more in content["more"].items()},
             postures={name: list(map(float, each)) for name, each in content["postures"].items()},
-            rates={
-                name: (share, of_rate, least, of_speed)
-                for name, (share, of_rate, least, of_speed) in content["rates"].items()
-            },
-            turn=(content["turn"][0], content["turn"][1], content["turn"][2]),
+            rates={name: tuple(each) for name, each in content["rates"].items()},
+            turn=tuple(content["turn"]),
             lifter=str(content["lifter"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -193,12 +193,6 @@ class LiftErrors:
     stated: np.ndarray | None = None
     growth: Mapping[str, np.ndarray] | None = None
 
-    def rows(self, rows: slice) -> LiftErrors:
-        """Of some of the frames."""
-        growth = self.growth and {arms: values[rows] for arms, values in self.growth.items()}
-        of_rows = self.error_deg[rows], self.up_error_deg[rows]
-        return LiftErrors(*of_rows, self.noise, None if self.stated is None else self.stated[rows], growth)
-
     @property
     def heading_deg(self) -> np.ndarray:
         """(T,) the mean error of the heading, the part that is not up's (models/gravity/levelling.py)."""
@@ -228,18 +222,14 @@ class LiftErrors:
         R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
         heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
         tilt = np.where(np.isfinite(self.up_error_deg), self.up_error_deg, 0.0) / np.sqrt(2)
-
-        def squares(rows: slice) -> list[dict[str, np.ndarray]]:
-            both = _squares(
-                body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
-            )
-            return [{name: square.astype(np.float32) for name, square in each.items()} for each in both]
-
-        with ThreadPoolExecutor(cores()) as pool:
-            parts = list(pool.map(squares, blocks(len(body))))  # which stay within the cache
+        parts = [
+            _squares(body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes)
+            for rows in blocks(len(body))  # which stay within the cache
+        ]
         out = {}
         for name in ANGLES:
-            joints, up = (np.sqrt(np.concatenate([part[i].pop(name) for part in parts])) for i in (0, 1))
+            squares = (np.concatenate([part[i].pop(name) for part in parts]) for i in (0, 1))
+            joints, up = (np.sqrt(square.astype(np.float32)) for square in squares)
             out[name] = noise.factors.get(name, 1.0) * joints, noise.tilts.get(name, 1.0) * up
         return out
 
@@ -281,3 +271,65 @@ def _turned(points: np.ndarray, axis: int, angle_deg: np.ndarray) -> np.ndarray:
     out[:, a] = cosine * points[:, a] - sine * points[:, b]
     out[:, b] = sine * points[:, a] + cosine * points[:, b]
     return out
+
+
+@dataclass(frozen=True, eq=False)
+class Turns:
+    """What turns bodies. ray: (T, 3) unit, from the camera to the person, LEVEL axes. focal: (T,) radians, by the error
+    of the focal length; heading: (T,) radians, what of it is about the vertical; pitch: (T,) radians, of the camera, as
+    it was found."""
+
+    ray: np.ndarray
+    focal: np.ndarray
+    heading: np.ndarray
+    pitch: np.ndarray
+
+    def sd(self, noise: JointNoise) -> np.ndarray:
+        """(T,) standard deviation of the body's turn about either axis across the ray, radians."""
+        _, focal, pitch = noise.turn
+        return np.hypot(focal * self.focal, pitch * self.pitch)
+
+
+def turns_of(take: Take) -> Turns | None:
+    """Of a take that is rectified; None where nothing tells where its people are in the image. Where keypoints miss a
+    frame the person is taken to be where it is in the middle of the take."""
+    poses, keypoints, camera = take.need("poses"), take.keypoints, take.camera
+    if keypoints is None or camera is None or poses.frame.family != "camera":
+        return None
+    rows, pixels = poses.frame_index, keypoints.joints.astype(np.float64)
+    middle = (np.fmin.reduce(pixels, axis=1) + np.fmax.reduce(pixels, axis=1)) / 2
+    off = (middle - np.array(camera.image_size) / 2) / camera.focal_px
+    at = np.minimum(np.searchsorted(keypoints.frame_index, rows), len(off) - 1)
+    has_row = (keypoints.frame_index[at] == rows) & is_finite(off[at])
+    finite = off[is_finite(off)]
+    usual = np.median(finite, axis=0) if len(finite) else np.zeros(2)
+    off = np.where(has_row[:, None], off[at], usual)
+    ray = unit(np.concatenate([off, np.ones((len(off), 1))], axis=1))
+    R = np.broadcast_to(take.need("rectified").R_source_from_level, (len(rows), 3, 3))
+    # A longer lens brings the ray nearer to the axis, and never past it.
+    share = camera.focal_sd_px / camera.focal_px
+    share /= 1 + SD_90 * share
+    # The ray's cross product with the axis.
+    about = np.stack([off[:, 1], -off[:, 0], np.zeros(len(off))], axis=1)
+    return Turns(
+        rotate(transpose(R), ray[:, None])[:, 0],
+        share * np.linalg.norm(off, axis=1),
+        share * np.abs((about * R[..., :, 2]).sum(axis=1)),
+        np.radians(pitch_roll_deg(R[..., :, 2])[:, 0]),
+    )
+
+
+def joint_covariance(own: np.ndarray, joints: np.ndarray, turning: Turns, noise: JointNoise) -> np.ndarray:
+    """(T, J, 3, 3) float32 of the whole error of joints (T, J, 3) relative to the pelvis, in LEVEL but for the error of
+    up, in their unit squared. own: (T, J, 3, 3) as the lifter states it, in the same axes."""
+    square = (turning.sd(noise) ** 2)[:, None, None, None].astype(np.float32)
+    return noise.turn[0] ** 2 * own + square * levers(joints, turning.ray)
+
+
+def levers(joints: np.ndarray, ray: np.ndarray) -> np.ndarray:
+    """(T, J, 3, 3) float32, the covariance of joints (T, J, 3) that are turned by one radian about either axis across
+    ray (T, 3)."""
+    p, r = joints.astype(np.float32), ray.astype(np.float32)[:, None]
+    about = np.cross(r, p)  # how a turn about the ray itself would move them
+    square = (p**2).sum(axis=-1)[..., None, None] * np.eye(3, dtype=np.float32)
+    return square - p[..., None] * p[..., None, :] - about[..., None] * about[..., None, :]

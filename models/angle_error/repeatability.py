@@ -1,5 +1,5 @@
-"""How wrong a difference may be: of the ends of a range, of right and left, of repetitions, of two takes. What a lifter
-errs alike in both cancels.
+"""How wrong a difference may be: of the ends of a range, of right and left, of two takes. What a lifter errs alike in
+both cancels.
 
 repeatability.json was fitted by models/lab/refit.py on virtual visits of validation people, in which the true
 difference is known: for every figure the factor on both errors, added as independent ones are, with which nine in ten
@@ -31,8 +31,8 @@ MOVEMENTS = {  # figures that do not follow from each other
     "knee_bends": ("mean_rise",),
     "arm_raises": ("mean_rise",),
 }  # fmt: skip
-# Of what a difference is: of two takes from about the same place or from others, of sides, of repetitions in one take.
-Between = Literal["again", "elsewhere", "sides", "repetitions"]
+# Of what a difference is: of two takes from about the same place or from others, or of sides.
+Between = Literal["again", "elsewhere", "sides"]
 FALSE = 0.1  # of the figures that are said to differ: those that do not
 _BRIEF_S = 2.0  # so brief a take's ranges have twice a long one's variance; by folds of validation people
 # Of a take's frames: from a difference of this much on, 60 to 80 % of unchanged figures are inside, 89 to 92 % below.
@@ -58,7 +58,7 @@ def figure_of(row: Measure, gait: str) -> str | None:
 
 def difference_sd(figure: str, errors: tuple[float, float], between: Between) -> float:
     """One standard deviation of the difference of two figures by the shipped lifter, of their stated errors.
-    figure: of `figure_of`; of repetitions "peak.knee_flexion". One that was not fitted has independent errors."""
+    figure: of `figure_of`. One that was not fitted has independent errors."""
     return float(shipped()["factors"][between].get(figure, 1.0) * np.hypot(*errors))
 
 

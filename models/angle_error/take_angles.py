@@ -11,12 +11,11 @@ test bed MPJPE, knees and elbows became worse at every threshold, with exact one
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from ...pipeline.core.blocks import blocks
 from ...pipeline.core.conversions import change_frame
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, Layout
@@ -100,42 +99,10 @@ class TakeJoints:
     unseen: np.ndarray | None = None
     layout: Layout = H36M17
 
-    def rows(self, rows: slice) -> TakeJoints:
-        """Some of its frames."""
-        arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        return replace(self, **arrays)
-
 
 def take_angles(take: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
     """Every angle of pipeline.signals.angles.ANGLES, and FOOT_ANGLES there where the layout has heels and
     toes. errors: None of joints that no lifter made."""
-    size = np.empty(0)
-    if errors is not None:
-        size = errors.size(take.filtered)
-    parts = [
-        _angles(take.rows(rows), errors and errors.rows(rows), size[rows])
-        for rows in blocks(len(take.joints))
-    ]
-    if len(parts) == 1:
-        return parts[0]
-    return {name: _joined([part.pop(name) for part in parts]) for name in list(parts[0])}
-
-
-def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
-    """Of a long take, whose errors are held once where nobody knows them."""
-    joined = {
-        each.name: np.concatenate([getattr(part, each.name) for part in parts])
-        for each in fields(AngleSeries)
-    }
-    unknown = np.broadcast_to(np.float32(np.nan), joined["value_deg"].shape)
-    return AngleSeries(
-        **{name: unknown if np.isnan(values).all() else values for name, values in joined.items()}
-    )
-
-
-def _angles(take: TakeJoints, errors: LiftErrors | None, size: np.ndarray) -> dict[str, AngleSeries]:
-    """As `take_angles`, of so few frames that what is made on the way takes little memory. size: (T,) of
-    LiftErrors.size of the whole take."""
     turned = np.asarray(is_finite(take.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], take.R_source_from_body, np.eye(3))
@@ -144,7 +111,7 @@ def _angles(take: TakeJoints, errors: LiftErrors | None, size: np.ndarray) -> di
     values = angles(body)
     unknown, sd = np.broadcast_to(np.float32(np.nan), len(body)), {}  # held once
     if errors is not None:
-        sd = errors.parts(body, take.R_source_from_body, size)
+        sd = errors.parts(body, take.R_source_from_body, errors.size(take.filtered))
     visible, filtered = (is_finite(joints) for joints in (take.joints, take.filtered))
     hidden = np.zeros(visible.shape, dtype=bool) if take.unseen is None else take.unseen & ~visible
     defined = ANGLES
@@ -188,9 +155,9 @@ def growth_of(take: TakeJoints, time_s: np.ndarray) -> dict[str, np.ndarray]:
 
 def angle_series(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
-) -> tuple[dict[str, AngleSeries], np.ndarray, np.ndarray]:
-    """`take_angles` of poses that are rectified, their times (T,), and the body's speed (T,) as posture.growth has it,
-    0 where no errors are known. filtered: rectified's LEVEL through the low-pass; noise: of the lifter that made them,
+) -> tuple[dict[str, AngleSeries], np.ndarray]:
+    """`take_angles` of poses that are rectified, and the body's speed (T,) as posture.growth has it, 0 where no errors
+    are known. filtered: rectified's LEVEL through the low-pass; noise: of the lifter that made them,
     None where it was not measured.
     """
     source, R_reference_from_source = in_reference(poses)
@@ -208,8 +175,7 @@ def angle_series(
         beyond = growth_of(take, poses.times)
         speed = beyond["arms"][:, FEATURES.index("speed")]
         errors = LiftErrors(rectified.error_deg, rectified.up_error_deg, noise, stated_spread(source), beyond)
-    series = take_angles(take, errors)
-    return series, source.times, speed
+    return take_angles(take, errors), speed
 
 
 def in_reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:

@@ -27,8 +27,8 @@ class Motion:
     its path where that is known. body: (T, 17, 3) the same joints in BODY. columns: the take's kinematics (T,). seams:
     rows at which something new begins. known: (T, 17) which joints of H36M17 were visible and are where they belong:
     not where nobody saw them, their limb may be exchanged or contradicts its keypoints. unsure: {joint: (T,)} where the
-    detector may have guessed it. lean_deg: (T,) of the trunk from upright, NaN where up is not known. residuals: of
-    the poses against their keypoints, None where nothing tells them."""
+    detector may have guessed it. lean_deg: (T,) of the trunk from upright, NaN where up is not known. against:
+    {limb: (T,)} where it contradicts its keypoints; empty where nothing tells that."""
 
     source: PoseSequence
     filtered: PoseSequence
@@ -39,7 +39,7 @@ class Motion:
     known: np.ndarray
     unsure: Mapping[str, np.ndarray]
     lean_deg: np.ndarray
-    residuals: Residuals | None = None
+    against: Mapping[str, np.ndarray]
 
     @property
     def times(self) -> np.ndarray:
@@ -77,12 +77,12 @@ class Motion:
 def motion_of(take: Take) -> Motion:
     """Of a take that is rectified, filtered and has its kinematics; InputError for another."""
     poses, rectified, filtered = take.need("poses"), take.need("rectified"), take.need("filtered")
-    residuals, unsure = residuals_of(take), unsure_joints(take)
+    against, unsure = contradicted(residuals_of(take), poses.times), unsure_joints(take)
     joints = filtered.without_feet.joints
     known = np.asarray(is_finite(joints)).copy()
     for joint, rows in unsure.items():
         known[rows, H36M17.index(joint)] = False
-    for limb, rows in contradicted(residuals, poses.times).items():
+    for limb, rows in against.items():
         known[np.ix_(rows, np.array(H36M17.indices(LIMBS[limb][1:])))] = False
     for limb, rows in in_doubt(take).items():
         for side in "rl":
@@ -100,7 +100,7 @@ def motion_of(take: Take) -> Motion:
         known=known,
         unsure=unsure,
         lean_deg=lean_deg if rectified.level_ok else np.full(len(lean_deg), np.nan),
-        residuals=residuals,
+        against=against,
     )
 
 
@@ -122,16 +122,11 @@ def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, n
     time_s: (T,)."""
     if residuals is None:
         return {}
-    most = agrees(residuals)
-    return {limb: lasting(steady(residuals.limb(limb)) > most, time_s) for limb in LIMBS}
-
-
-def lasting(rows: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """(T,) the stretches of rows (T,) at time_s (T,) that last for BRIDGED_S or longer."""
-    kept = np.zeros(len(rows), dtype=bool)
-    for start, stop in stretches(rows):
-        kept[start:stop] = time_s[stop - 1] - time_s[start] >= BRIDGED_S
-    return kept
+    against = {limb: steady(residuals.limb(limb)) > agrees(residuals) for limb in LIMBS}
+    for rows in against.values():
+        for start, stop in stretches(rows):
+            rows[start:stop] = time_s[stop - 1] - time_s[start] >= BRIDGED_S
+    return against
 
 
 def in_doubt(take: Take) -> dict[str, np.ndarray]:

@@ -15,7 +15,7 @@ from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import ARM, H36M17, LEG
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
-from ...pipeline.signals.reprojection import JOINTS, NEAREST, keypoint_rays, placed
+from ...pipeline.signals.reprojection import JOINTS, keypoint_rays, off_rays
 from ...pipeline.signals.visibility import SURE_SCORE, mean_scores
 
 # {limb: its joints from the trunk outwards}
@@ -63,16 +63,8 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     joints = poses.without_feet.joints
     stature = implied_stature(joints)
     joints = joints / stature if stature > 0 else np.full_like(joints, np.nan)
-    use = H36M17.indices(JOINTS)
-    statures = np.empty_like(rays)
-    for rows in blocks(len(joints)):
-        place, _ = placed(
-            rays[rows, use].astype(np.float64), joints[rows, use].astype(np.float64), trust[rows, use]
-        )
-        before = joints[rows] + place[:, None]
-        depth = np.where(before[..., 2:] > NEAREST, before[..., 2:], np.nan)
-        statures[rows] = (before[..., :2] / depth - rays[rows]) * depth
-    return Residuals(statures)
+    places_body = np.isin(H36M17.joints, JOINTS)
+    return Residuals(off_rays(rays.astype(np.float64), joints.astype(np.float64), trust * places_body))
 
 
 def residuals_of(take: Take) -> Residuals | None:
@@ -94,11 +86,9 @@ def limb_scores(take: Take) -> dict[str, np.ndarray]:
     if poses is None or keypoints is None or poses.made_by.kind == "measured":
         return {}
     scores = mean_scores(keypoints, poses.frame_index, poses.times)
-    return (
-        {limb: scores[:, H36M17.indices(joints[1:])] for limb, joints in LIMBS.items()}
-        if scores is not None
-        else {}
-    )
+    if scores is None:
+        return {}
+    return {limb: scores[:, H36M17.indices(joints[1:])] for limb, joints in LIMBS.items()}
 
 
 def unsure_joints(take: Take) -> dict[str, np.ndarray]:

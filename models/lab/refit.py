@@ -30,7 +30,7 @@ from ...pipeline.core.measures import Measure
 from ...pipeline.core.rotations import rotate
 from ...pipeline.files.atomic import refuse_unwritable, whole_file, write_json, write_text
 from ...pipeline.running.progress import each
-from ...pipeline.signals.angles import ANGLES, OF_BOTH, of_both
+from ...pipeline.signals.angles import ANGLES, of_both
 from ..angle_error.joint_noise import NOISE_FILE, shipped_noise
 from ..angle_error.repeatability import REPEATABILITY_FILE, Between, figure_of, range_sd, same_part, shipped
 from ..lifter.load import load_lifter
@@ -45,7 +45,7 @@ from .beds import (
 )
 from .cases import Cases, grouped
 from .clips import Clip, lying, read_clips
-from .evaluation.errors import FITTED, STRANGERS, Compared, factor, ranges, repetitions
+from .evaluation.errors import FITTED, STRANGERS, Compared, factor, ranges
 from .evaluation.evaluate import evaluate
 from .synthetic import Cameras, NumpyDraw, ViewRange, place
 
@@ -104,11 +104,11 @@ def refit(output: Annotated[Path, Option("-o", "--output", help="Folder of the s
 
 # The errors of differences, on virtual visits. A motion of a validation person is filmed, and filmed again: from the
 # same tripod, from a tripod that was set up again, and from elsewhere. Nothing has changed, so what the figures of both
-# runs differ by is their difference's error; and in each run ranges of motion, right less left and one repetition less
-# another are held against the truth (evaluation/errors.py). Fitted are what the errors of ranges are made of, their
-# parts in place times the factor that makes them hold; and for every figure the factor on the errors of both, added as
-# independent ones, that brings nine in ten differences inside, every person counting the same. One draw of cameras and
-# detectors tells little of so few people: there are several.
+# runs differ by is their difference's error; and in each run ranges of motion and right less left are held against the
+# truth (evaluation/errors.py). Fitted are what the errors of ranges are made of, their parts in place times the factor
+# that makes them hold; and for every figure the factor on the errors of both, added as independent ones, that brings
+# nine in ten differences inside, every person counting the same. One draw of cameras and detectors tells little of so
+# few people: there are several.
 
 # What an error is of: a difference, or a range; and the figure.
 Kind = tuple[Between | Literal["range"], str]
@@ -160,7 +160,7 @@ def visits(clip: Clip, asked: Configuration) -> Iterator[tuple[Kind, Cases]]:
 
 
 def _within(run: Finished) -> Iterator[tuple[Kind, Cases]]:
-    """Pairs of sides and of repetitions of one run, and its ranges."""
+    """Pairs of sides of one run, and its ranges."""
     of, groups = _ranges(run), run.done.figures.group("range_of_motion")
     for name, this in of.items():
         both = of_both(name)
@@ -168,8 +168,6 @@ def _within(run: Finished) -> Iterator[tuple[Kind, Cases]]:
         left = f"l_{both}"
         if name.startswith("r_") and left in of and same_part(groups.group(name), groups.group(left)):
             yield ("sides", _RANGE + both), run.figure(*of[left].less(this))
-    for two in repetitions(run):
-        yield ("repetitions", f"peak.{of_both(two.angle)}"), run.figure(*two.second.less(two.first))
 
 
 def _ranges(run: Finished) -> dict[str, Compared]:
@@ -270,8 +268,6 @@ def factors(by_figure: Mapping[str, Sequence[Cases]]) -> dict[str, float]:
     """{figure: factor}. A figure of few people and pairs has that of all of its kind, and none where they are few
     too."""
     by_kind = grouped((_kind(figure), pair) for figure, pairs in by_figure.items() for pair in pairs)
-    if "peak" in by_kind:  # of every angle, of which these people may have repeated none
-        by_figure = {f"peak.{angle}": [] for angle in OF_BOTH} | dict(by_figure)
     found = {}
     for figure, own in sorted(by_figure.items()):
         enough = next((of for of in (own, by_kind[_kind(figure)]) if _enough(of)), None)

@@ -94,7 +94,7 @@ WITHHELD: dict[str, str] = _TABLES["withheld"]
 # Quantities of which right and left are compared.
 COMPARED = ("step_time", "stance_time", "step_length")
 # What is withheld together.
-TOGETHER = {"lengths": "lengths and speed", "timing": "times and phases", "sd": "standard deviations"}
+TOGETHER = {"lengths": "lengths and speed", "timing": "times and phases"}
 
 
 def _catalogue() -> dict[str, Figure]:

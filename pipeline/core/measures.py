@@ -317,7 +317,6 @@ def _figures(
     key: str, content: Any, figures: Mapping[str, Any], side: Side, group: tuple[str, ...]
 ) -> Iterator[Row]:
     about = _BY_KEY[key]
-    side = side or _SIDES.get(about.name, "")
     if about.unit == "moments":
         yield Moments(about.name, tuple(map(float, content)), side, group)
         return

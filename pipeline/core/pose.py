@@ -87,7 +87,7 @@ class PoseSequence:
     notices: what makes the poses doubtful, as the adapter or the lifter says.
     path: where the pelvis is, and how well that is known; None when its place is not known.
     covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it for
-        a frame; for a take's filtered joints that of the whole error (models/angle_error/joint_covariance.py). NaN
+        a frame; for a take's filtered joints that of the whole error (models/angle_error/joint_noise.py). NaN
         where missing, None if it is not known.
     linked: the source has no names of people, so the adapter followed them from frame to frame and numbered them.
     scene: which scene of the video shows the person, counted from 0; 0 also if cuts are not known.

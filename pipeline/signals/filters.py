@@ -4,8 +4,9 @@ Nothing here ever looks across a missing row, a clip boundary or a jump in time.
 stamps, as of images that a phone dropped, is none: it is bridged, as `clean` fills gaps of that length. Rows whose time
 stamps are not evenly spaced are brought to even ones by a cubic spline for the filter, and back.
 
-Source: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
-correction for two passes).
+Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
+correction for two passes); de Boor, A Practical Guide to Splines, chapter 4 (as CubicSpline of scipy.interpolate, whose
+import takes as long as all the filtering of most takes).
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.limits import limit
 from ..core.pose import PoseSequence
-from .splines import monotone_slopes, on_spline, smooth_slopes
 
 CUTOFF_HZ = limit("filter.cutoff")
 BRIDGED_S = limit("gaps.bridged")
@@ -193,6 +193,45 @@ def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
     return x[0] + answer.reshape(x.shape)
 
 
+def smooth_slopes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The slope (N, ...) at each of the increasing x (N,) of the spline through y (N, ...) whose second derivative is
+    continuous, and whose third one is behind the first and before the last of the x between ("not a knot"). Of two rows
+    it is a line, of three a parabola."""
+    from scipy.linalg import solve_banded
+
+    steps = np.diff(x)
+    step = steps.reshape(-1, *[1] * (y.ndim - 1))
+    rise = np.diff(y, axis=0) / step
+    if len(x) == 2:
+        return np.concatenate([rise, rise])
+    if len(x) == 3:
+        middle = (step[1] * rise[0] + step[0] * rise[1]) / (step[0] + step[1])
+        return np.stack([2 * rise[0] - middle, middle, 2 * rise[1] - middle])
+    first, last = x[2] - x[0], x[-1] - x[-3]
+    bands, right = np.zeros((3, len(x))), np.empty(y.shape)
+    bands[0, 2:] = steps[:-1]
+    bands[1, 1:-1] = 2 * (steps[:-1] + steps[1:])
+    bands[2, :-2] = steps[1:]
+    right[1:-1] = 3 * (step[1:] * rise[:-1] + step[:-1] * rise[1:])
+    bands[1, 0], bands[0, 1] = steps[1], first
+    right[0] = ((steps[0] + 2 * first) * steps[1] * rise[0] + steps[0] ** 2 * rise[1]) / first
+    bands[1, -1], bands[2, -2] = steps[-2], last
+    right[-1] = (steps[-1] ** 2 * rise[-2] + (2 * last + steps[-1]) * steps[-2] * rise[-1]) / last
+    return solve_banded((1, 1), bands, right.reshape(len(x), -1), check_finite=False).reshape(y.shape)
+
+
+def on_spline(x: np.ndarray, y: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(M, ...) at `at` (M,) of the spline through y (N, ...) at increasing x (N,) with these slopes there; outside, of
+    its first and last piece."""
+    left = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    shape = (-1, *[1] * (y.ndim - 1))
+    step, along = (x[left + 1] - x[left]).reshape(shape), (at - x[left]).reshape(shape)
+    rise = (y[left + 1] - y[left]) / step
+    bend = (slopes[left] + slopes[left + 1] - 2 * rise) / step
+    curve = (rise - slopes[left]) / step - bend
+    return y[left] + along * (slopes[left] + along * (curve + along * (bend / step)))
+
+
 def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), order: int = 1) -> np.ndarray:
     """The order-th time derivative of x (T,) or (T, D), per second: order times that of a cubic spline.
 
@@ -240,7 +279,9 @@ def _between(time_s: np.ndarray, x: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     result = on_spline(time_s, x, smooth_slopes(time_s, x), at_s)
     inside = np.isin(np.searchsorted(time_s, at_s), holes(time_s))
     if inside.any():
-        result[inside] = on_spline(time_s, x, monotone_slopes(time_s, x), at_s[inside])
+        from scipy.interpolate import PchipInterpolator  # only here: it takes long to import
+
+        result[inside] = PchipInterpolator(time_s, x)(at_s[inside])
     return result
 
 

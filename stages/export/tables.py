@@ -23,7 +23,7 @@ from ...pipeline.files.atomic import whole_file, write_rows
 from ...pipeline.signals.angles import ALL_ANGLES, near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
 from ..drawing.facts import provenance
-from ..measures.cycles import POINTS
+from ..measures.figures import POINTS
 from ..trajectories import unit_of
 
 if TYPE_CHECKING:

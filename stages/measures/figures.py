@@ -1,18 +1,21 @@
-"""Figures of measures with their errors: every error is one standard deviation; pages end digits at its first."""
+"""Figures of measures with their errors: every error is one standard deviation; pages end digits at its first. And
+curves over a cycle of 0 to 100 %, of strides and of repetitions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.repeatability import Between, difference_sd, range_sd
+from ...models.angle_error.repeatability import difference_sd, range_sd
 from ...models.common.motion import Motion
-from ...pipeline.core.measures import SD_90, Measure, Moments, Remark, withheld
-from ...pipeline.signals.angles import of_both
+from ...pipeline.core.measures import SD_90, Curve, Measure, Moments, Remark, side_of, withheld
+from ...pipeline.signals.angles import ALL_ANGLES, near, of_both, unwrapped
+from ...pipeline.signals.filters import resample
 
+POINTS = 101  # of a normalised cycle
 _FEWEST = 3  # values for a standard error by their spread
 # Values for a standard deviation that is stated: of six it is off by a third (one standard error, 1 / sqrt(2 (n - 1))).
 FEWEST_FOR_SD = 6
@@ -33,11 +36,11 @@ def unknown_deg(motion: Motion) -> float:
     return float("nan") if motion.unjudged else 0.0
 
 
-def error_of_difference(motion: Motion, figure: str, errors: tuple[float, float], between: Between) -> float:
-    """Standard deviation of the difference of two figures, whose errors are independent where nothing is known of
-    their difference."""
+def error_of_sides(motion: Motion, figure: str, errors: tuple[float, float]) -> float:
+    """Standard deviation of the right side's figure less the left's, whose errors are independent where nothing is
+    known of their difference."""
     if made_by_the_built_in(motion.source):
-        return difference_sd(figure, errors, between)
+        return difference_sd(figure, errors, "sides")
     return float(np.hypot(*errors))
 
 
@@ -54,17 +57,8 @@ def observable(judged: np.ndarray) -> Measure:
     return Measure("observable", 100 * float(judged.mean()) if len(judged) else 0.0)
 
 
-def basis(values: np.ndarray) -> list[Measure]:
-    """How many frames of (T,) a figure rests on, and the share that has no value."""
-    has_value = np.isfinite(values)
-    return [Measure("frames", int(has_value.sum())), Measure("nan_share", float(1 - has_value.mean()))]
-
-
-def spread(
-    name: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0
-) -> list[Measure | Remark]:
-    """Mean of (N,) with its standard error, and the standard deviation of six values or more, or that they are fewer;
-    nothing of none.
+def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0) -> list[Measure]:
+    """Mean of (N,) with its standard error, and the standard deviation of six values or more; nothing of none.
 
     resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
     values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
@@ -80,11 +74,11 @@ def spread(
     return [with_error(f"mean_{name}", values.mean(), error), *deviation(name, values, resolution)]
 
 
-def deviation(name: str, values: np.ndarray, resolution: float) -> list[Measure | Remark]:
-    """The standard deviation of (N,) finite values where it is larger than the resolution; the reason for none where
-    there are two or more, but fewer than six. Nothing of one, and where the measurement makes it."""
+def deviation(name: str, values: np.ndarray, resolution: float) -> list[Measure]:
+    """The standard deviation of (N,) finite values, six or more, where it is larger than the resolution; nothing where
+    the measurement makes it."""
     if len(values) < FEWEST_FOR_SD:
-        return [withheld("few-values", "sd")] if len(values) > 1 else []
+        return []
     sd = float(values.std(ddof=1))
     return [Measure(f"sd_{name}", sd)] if sd > resolution else []
 
@@ -113,3 +107,25 @@ def symmetry(right: float, left: float, error: float, prefix: str = "") -> list[
 def moments(name: str, values: Iterable[float]) -> Moments:
     """Times in a take in seconds."""
     return Moments(name, tuple(map(float, values)))
+
+
+def mean_curve(motion: Motion, angle: str, spans: np.ndarray) -> list[Curve]:
+    """Mean and, of six or more, standard deviation of an angle over spans (N, 2) in seconds; empty when none is
+    whole."""
+    curves = normalised(unwrapped(motion.angle(angle)), motion.times, spans, motion.seams)
+    if not len(curves):
+        return []
+    begins = curves[
+        :, :1
+    ]  # of the first within half a turn of the angle's middle, of others of where that begins
+    curves = curves + near(begins, near(begins[:1], ALL_ANGLES[angle].centre_deg)) - begins
+    sd = tuple(curves.std(axis=0, ddof=1).tolist()) if len(curves) >= FEWEST_FOR_SD else None
+    return [Curve(angle, len(curves), tuple(curves.mean(axis=0).tolist()), sd, side_of(angle))]
+
+
+def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
+    """(N, 101) x (T,) over each of the spans (N, 2), from 0 to 100 % of its duration; spans in which any of x is
+    missing are left out. An angle goes through `unwrapped` before."""
+    at_s = np.linspace(spans[:, 0], spans[:, 1], POINTS, axis=-1)
+    curves = resample(x, time_s, at_s.ravel(), seams).reshape(-1, POINTS)
+    return curves[np.isfinite(curves).all(axis=1)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,6 @@ from ...models.common.motion import Motion
 from ...models.common.residuals import limb_scores
 from ...models.gait.gait import SIDES
 from ...pipeline.core.measures import SD_90, Measure, Row, side_of, withheld, within
-from ...pipeline.core.rotations import known_median
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import (
     ALL_ANGLES,
@@ -26,7 +25,7 @@ from ...pipeline.signals.angles import (
 )
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import SURE_SCORE
-from .figures import basis, error_of_difference, error_of_range, symmetry, unstated_deg, with_error
+from .figures import error_of_range, error_of_sides, symmetry, unstated_deg, with_error
 
 FEWEST = 10  # frames
 _OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
@@ -123,29 +122,27 @@ def _missing_at_an_end(values: np.ndarray) -> bool:
     return bool(abs(ranks.mean() - 0.5) > _SURE * np.sqrt(1 / 12 / len(gaps)))
 
 
-def range_rows(motion: Motion, angles: Mapping[str, Range]) -> list[Row]:
+def range_rows(angles: Mapping[str, Range]) -> list[Row]:
     """The group `range_of_motion`."""
-    return [
-        row for name, angle in angles.items() for row in within(name, _rows(motion, angle), side_of(name))
-    ]
+    return [row for name, angle in angles.items() for row in within(name, _rows(angle), side_of(name))]
 
 
-def _rows(motion: Motion, range_: Range) -> list[Row]:
+def _rows(range_: Range) -> list[Row]:
+    has_value = np.isfinite(range_.values)
+    lacking = Measure("nan_share", float(1 - has_value.mean()))
     if range_.why:
-        return [withheld(range_.why), *basis(range_.values)]
-    values, sd = range_.values[np.isfinite(range_.values)], motion.sd(range_.angle)
+        return [withheld(range_.why), lacking]
+    values = range_.values[has_value]
     least, most = ALL_ANGLES[range_.angle].anatomy_deg
     beyond = int(((values < least) | (values > most)).sum())
     return [
         with_error("lowest", values.min(), range_.low[1]),
         with_error("highest", values.max(), range_.high[1]),
-        Measure("full_range", float(values.max() - values.min())),
         with_error("p05", *range_.low),
         with_error("p95", *range_.high),
         with_error("p05_p95", range_.deg, range_.sd_deg),
-        *([Measure("usual_error", known_median(sd))] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
-        *basis(range_.values),
+        lacking,
     ]
 
 
@@ -175,23 +172,19 @@ def symmetry_rows(motion: Motion, angles: Mapping[str, Range], why: Mapping[str,
 
 def _compared(
     motion: Motion, both: str, angles: Mapping[str, Range], why: Mapping[str, str]
-) -> Iterator[Row]:
+) -> Sequence[Row]:
     right, left = (angles[f"{side}_{both}"] for side in SIDES.values())
     if right.why or left.why:
-        yield withheld("side-missing")
-        return
-    yield Measure("right", right.deg, side="right")
-    yield Measure("left", left.deg, side="left")
+        return [withheld("side-missing")]
     code = why.get(_part(both), "")
     if max(right.deg, left.deg) < _NO_RANGE:
         code = "range-too-small"
     elif not code and not _alike(right, left):
         code = "sides-unlike"
     if code:
-        yield withheld(code, "symmetry_index")
-        return
-    error = error_of_difference(motion, f"range_of_motion.{both}", (right.sd_deg, left.sd_deg), "sides")
-    yield from symmetry(right.deg, left.deg, error)
+        return [withheld(code, "symmetry_index")]
+    error = error_of_sides(motion, f"range_of_motion.{both}", (right.sd_deg, left.sd_deg))
+    return symmetry(right.deg, left.deg, error)
 
 
 def _alike(right: Range, left: Range) -> bool:

@@ -11,18 +11,21 @@ import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.common.motion import Motion
-from ...models.gait.contact import leg_length
-from ...models.gait.errors import (
+from ...models.gait.figures import (
     FEWEST_OF_A_SIDE,
     OF_LENGTH,
     GaitErrors,
     depth_of_steps,
+    length_values,
+    over_belt,
     path_error,
     scatter,
     shipped_errors,
+    standing,
+    times_too_far,
+    walked_on,
 )
-from ...models.gait.gait import SIDES, Gait, Stride, Values, Walk, contact_times, finite
-from ...models.gait.parameters import length_values, over_belt, standing, times_too_far, walked_on
+from ...models.gait.gait import SIDES, Gait, Stride, Values, Walk, contact_times, finite, leg_length
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Measure, Remark, Row, withheld, within
@@ -30,8 +33,17 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import known_median
 from ...pipeline.signals.filters import resample
-from .cycles import POINTS, mean_curve
-from .figures import deviation, moments, observable, spread, symmetry, unknown_deg, with_error
+from .figures import (
+    POINTS,
+    deviation,
+    mean_curve,
+    moments,
+    observable,
+    spread,
+    symmetry,
+    unknown_deg,
+    with_error,
+)
 
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 # Seconds of a lifted step: quicker ones without flights may be of a run whose flights were not seen. Of 64 captured
@@ -168,12 +180,12 @@ _PEAKS = {
 }
 
 
-def errors_of(source: PoseSequence) -> GaitErrors | None:
-    """Errors of gait figures from poses of the built-in lifter or of motion capture; None for other lifters, whose
-    errors were not measured."""
+def errors_of(source: PoseSequence, gait: str) -> GaitErrors:
+    """Errors of gait figures from poses of the built-in lifter or of motion capture; none of other lifters, whose
+    errors were not measured. gait: Gait.kind."""
     if source.made_by.kind == "measured":
-        return shipped_errors("measured")
-    return shipped_errors("lifted") if made_by_the_built_in(source) else None
+        return shipped_errors(gait, "measured")
+    return shipped_errors(gait, "lifted") if made_by_the_built_in(source) else GaitErrors()
 
 
 def _over_floor(filtered: PoseSequence) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -200,8 +212,8 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
     fitted on. Empty where both lie within, and without a walk."""
     if not gait.walks or not motion.rectified.level_ok:
         return []
-    errors, made_by = errors_of(motion.source), motion.source.made_by
-    if errors is None:
+    errors, made_by = errors_of(motion.source, gait.kind), motion.source.made_by
+    if not errors:
         by = f" by {made_by.by}" if made_by.by else ""
         reason = f"these poses{by} were not compared with ground truth"
         return [notice("errors-unknown", what="the gait figures", reason=reason)]
@@ -209,9 +221,7 @@ def doubts(motion: Motion, gait: Gait) -> list[Notice]:
         "stance_percent": "a stance of {:.0f} % of the stride",
         "step_time_s": "a step time of {:.2f} s, if the frame rate is right (--fps)",
     }
-    beyond = " and ".join(
-        texts[name].format(gait.style[name]) for name in errors.beyond(gait.kind, gait.style)
-    )
+    beyond = " and ".join(texts[name].format(gait.style[name]) for name in errors.beyond(gait.style))
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 
@@ -227,9 +237,9 @@ class _Means:
     share: float
 
     @cached_property
-    def errors(self) -> GaitErrors | None:
-        """Those of the poses' source; None states none."""
-        return errors_of(self.motion.source)
+    def errors(self) -> GaitErrors:
+        """Those of the poses' source."""
+        return errors_of(self.motion.source, self.gait.kind)
 
     @cached_property
     def leg(self) -> float:
@@ -238,7 +248,7 @@ class _Means:
 
     @cached_property
     def depth(self) -> float:
-        """Of steps, as errors.depth_of_steps."""
+        """Of steps, as `depth_of_steps`."""
         source = self.motion.source
         R_camera_from_body = source.frame.basis.T @ self.motion.rectified.R_source_from_body
         return (
@@ -291,33 +301,26 @@ class _Means:
 
     def _error(self, name: str, side: str | None = None) -> float:
         """Of the mean of both sides or of one; NaN where none is stated."""
-        if self.errors is None:
-            return float("nan")
         count, spread = len(self._finite(name, side)), scatter(self._finite(name))
-        mean = self.errors.mean(self.gait.kind, name, count, self.root_sd / self.leg, self.gait.style, spread)
-        return self._in_unit(
-            name,
-            mean
-            if side is None
-            else float(np.hypot(mean, self.errors.side(self.gait.kind, name, self.depth))),
-        )
+        error = self.errors.mean(name, count, self.root_sd / self.leg, self.gait.style, spread)
+        if side is not None:
+            error = float(np.hypot(error, self.errors.side(name, self.depth)))
+        return self._in_unit(name, error)
 
     def _difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
         """Of the mean of the right side's values less that of the left's; NaN where none is stated."""
-        if self.errors is None or (name in OF_LENGTH and np.isnan(self.root_sd)):
+        if name in OF_LENGTH and np.isnan(self.root_sd):
             return float("nan")
         # Of each side about its own mean: what the sides differ by is no scatter.
         off = np.concatenate([side - side.mean() for side in (right, left)])
         spread = scatter(off) * float(np.sqrt((len(off) - 1) / (len(off) - 2))) if len(off) > 2 else np.nan
-        error = self.errors.difference(self.gait.kind, name, len(right), len(left), self.depth, spread)
+        error = self.errors.difference(name, len(right), len(left), self.depth, spread)
         return self._in_unit(name, error)
 
     def _single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's; NaN where that is not known."""
-        if self.errors is None:
-            return float("nan")
-        error = self.errors.mean(self.gait.kind, name, 1)
-        if name in OF_LENGTH and not np.isfinite(error):
+        error = self.errors.mean(name, 1)
+        if self.errors and name in OF_LENGTH and not np.isfinite(error):
             return 0.0  # lengths of measured poses are of the person
         return self._in_unit(name, error)
 
@@ -334,6 +337,6 @@ def _lengths(motion: Motion, gait: Gait, of_path: float) -> tuple[Values, list[R
         return {}, [withheld("place-unknown", "lengths")], 0.0
     if not belt:
         return values, [], of_path
-    share = _BELT_SHARE if motion.source.lifted and errors_of(motion.source) else float("nan")
+    share = _BELT_SHARE if made_by_the_built_in(motion.source) else float("nan")
     speed = with_error("belt_speed", belt, share * belt)
     return values, [speed], float(np.hypot(of_path, share))

@@ -58,4 +58,5 @@ def motion_with(
         known=known,
         unsure={},
         lean_deg=np.zeros(count) if lean_deg is None else lean_deg,
+        against={},
     )

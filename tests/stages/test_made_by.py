@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from golden.jumps import jumping
-from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame, rotate
@@ -185,16 +184,3 @@ def test_what_rests_on_an_estimators_path_has_no_error(walk, seen, camera):
     )
     assert own["walking"]["walking_speed"] > 0
     assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
-
-
-def test_what_would_tell_the_errors_is_what_is_missing(walk, keypoints, camera):
-    """Keypoints were asked for that had been given: the size of their image was missing."""
-    poses = camera_poses(walk, camera).with_(made_by=MadeBy("estimated", "another lifter"))
-
-    def said(take) -> str:
-        return unknown(STAGES(take))[THE_ANGLES]
-
-    assert "keypoints" in said(Take("bare", poses=poses))
-    beside = said(Take("beside", poses=poses, keypoints=keypoints))
-    assert "read.image_size" in beside
-    assert "keypoints" not in beside

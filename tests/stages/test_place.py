@@ -17,7 +17,6 @@ from pcnet3d.pipeline import (
     Told,
     change_frame,
 )
-from pcnet3d.pipeline.core.anthropometry import floor_height
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.path import RootPath
@@ -208,8 +207,3 @@ def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
         path=poses.path.each(lambda values: values[kept]),
     )  # fmt: skip
     assert np.isnan(clean(broken)[0].path.covariance[40:42]).all()
-
-
-def test_the_floor_of_a_walk_lies_below_the_camera(through, camera):
-    # The up of the geometric rectifier is off by about 3 degrees here, which is 0.3 m at the person's 5.5.
-    assert floor_height(through.filtered) == pytest.approx(-camera.position[2], abs=0.4)

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
+from pcnet3d.models.angle_error.joint_noise import FOCAL_HEADING
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Camera as View
 from pcnet3d.pipeline.core.camera import Look

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, combinations, pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,8 +40,14 @@ from ....pipeline.signals.angles import (
     sides_of,
 )
 from ....pipeline.signals.filters import derivative
-from ...angle_error.joint_covariance import levers, turns_of
-from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
+from ...angle_error.joint_noise import (
+    NOISE_FILE,
+    JointNoise,
+    levers,
+    read_noise,
+    shipped_noise,
+    turns_of,
+)
 from ...angle_error.posture import FAST, FEATURES, POSTURES, arms_of, growth
 from ...angle_error.repeatability import ends
 from ...angle_error.take_angles import angle_rates, angle_series, smoothed
@@ -394,14 +400,13 @@ _OF_MOVEMENTS = {"mean_rise": "mean rise, deg", "mean_duration": "mean duration,
 _MOVEMENTS = {("knee_bends",): "knee bends"} | {
     ("arm_raises", side): "arm raises" for side in ("right", "left")
 }
-_DRIVES = {"arm_raises.right": "r_shoulder_elevation", "arm_raises.left": "l_shoulder_elevation"}
 
 
 def statements(run: Finished) -> dict[str, Cases]:
     """Everything that is judged of one take, by name; nothing of one that a run refuses. The run's rows name a figure
     and its error. What is true comes from the bed: the captured feet for walks (gait.py), captured flights for jumps
     (jumps.py), the same rows of a run on the captured joints for repeated movements, and the true angles over the same
-    frames for ranges of motion and for repetitions of an angle."""
+    frames for ranges of motion."""
     return together(chain(of_frames(run), of_figures(run)))
 
 
@@ -511,9 +516,7 @@ def angles(run: Finished) -> Iterator[Stated]:
     take, of, rows = run.done, run.stances, run.rows
     noise = shipped_noise() if run.asked.errors is None else read_noise(run.asked.errors)
     plain = replace(noise, factors={}, tilts={}, more={}, postures={})
-    parts_of, _, faster = angle_series(
-        take.need("poses"), take.need("rectified"), take.need("filtered"), plain
-    )
+    parts_of, faster = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)
     true_rates = angle_rates(run.true_angles, run.truth.time_s)
     columns = take.need("kinematics")
     for name in ANGLES:
@@ -664,17 +667,8 @@ class Compared(NamedTuple):
         return self.found - other.found, self.true - other.true, float(np.hypot(self.error, other.error))
 
 
-class Repeated(NamedTuple):
-    """The peaks of two repetitions of an angle in a take, and the stated minimal detectable change."""
-
-    angle: str
-    first: Compared
-    second: Compared
-    mdc90: float
-
-
 def within(run: Finished) -> Iterator[Stated]:
-    """Ranges of motion, right less left, and one repetition less another."""
+    """Ranges of motion, and right less left."""
     every = ranges(run)
     for both in dict.fromkeys(of_both(name) for name in every):
         of = [every[name] for name in (both, f"r_{both}", f"l_{both}") if name in every]
@@ -686,9 +680,6 @@ def within(run: Finished) -> Iterator[Stated]:
             size = (right.found + left.found) / 2  # an index in degrees, for that of small ranges has none
             found, true, _ = right.less(left)
             yield f"right less left range of {both}", run.figure(found, true, index.error / 100 * size)
-    for two in repetitions(run):
-        found, true, _ = two.first.less(two.second)
-        yield "peak less peak", run.figure(float(near(np.array(found - true), 0.0)), 0.0, two.mdc90 / SD_90)
 
 
 def ranges(run: Finished) -> dict[str, Compared]:
@@ -707,23 +698,3 @@ def ranges(run: Finished) -> dict[str, Compared]:
             (low, high), _ = ends(beside, np.full(len(beside), np.nan))
             every[name] = Compared(row.value, high - low, row.error, float(np.hypot(*sds)))
     return every
-
-
-def repetitions(run: Finished) -> Iterator[Repeated]:
-    """Every two repetitions of an angle, each peak against the highest true value of that repetition."""
-    times, measures = run.times, run.done.figures
-    groups = {angle: measures.group(*place.split(".")) for place, angle in _DRIVES.items()}
-    groups |= measures.group("repetitions").groups
-    for angle, group in groups.items():
-        mdc90 = group.value("peak_mdc90")
-        if mdc90 is None:
-            continue
-        true = run.true_angles[angle].value_deg[run.rows]
-        at = [true[(times >= start) & (times <= stop)] for start, stop in group.spans]
-        highest = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
-        peaks = [
-            Compared(peak.value, highest[peak.number or 0], peak.error)
-            for peak in group.repetitions("peak")
-            if peak.error is not None and np.isfinite(highest[peak.number or 0])
-        ]
-        yield from (Repeated(angle, first, second, mdc90) for first, second in combinations(peaks, 2))

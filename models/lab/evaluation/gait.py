@@ -28,7 +28,7 @@ from ....pipeline.signals.filters import derivative, runs
 from ...angle_error.take_angles import smoothed
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
-from ...gait.errors import OF_LENGTH, OF_SIDES
+from ...gait.figures import OF_LENGTH, OF_SIDES, length_values
 from ...gait.gait import (
     FEWEST,
     LEAST_STEP,
@@ -42,7 +42,6 @@ from ...gait.gait import (
     slow_flights,
 )
 from ...gait.gait import walks as walks_of
-from ...gait.parameters import length_values
 from ..beds import Configuration, Finished, SeenTake, finished
 from ..cases import Cases, Figure, Row, mean, summed
 

@@ -13,8 +13,16 @@ from golden.jumps import posed
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
-from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns_of
-from pcnet3d.models.angle_error.joint_noise import JointNoise, LiftErrors, read_noise, shipped_noise
+from pcnet3d.models.angle_error.joint_noise import (
+    JointNoise,
+    LiftErrors,
+    Turns,
+    joint_covariance,
+    levers,
+    read_noise,
+    shipped_noise,
+    turns_of,
+)
 from pcnet3d.models.angle_error.posture import FEATURES, POSTURES, features, folding, growth, posture
 from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, TakeJoints, take_angles
 from pcnet3d.pipeline import CAMERA, H36M17, Take
@@ -42,6 +50,9 @@ def test_the_part_by_the_found_angle_is_added_as_squares_and_lies_on_lines_of_sq
     np.testing.assert_allclose(noise.whole(KNEE, own, tilt + 12, found), np.sqrt([169, 169, 177, 185, 185]))
     np.testing.assert_array_equal(noise.whole("l_knee_flexion", own, tilt, found), own)
     assert np.isnan(noise.whole(KNEE, own, tilt, np.full(5, np.nan))).all()
+    unusual = replace(noise, postures={KNEE: [3.0, 0.0, 0.0, 4.0]})
+    grown = unusual.whole(KNEE, own, tilt, found, np.tile([2.0, 9, 9, 0.5], (5, 1)))
+    np.testing.assert_allclose(grown, np.sqrt(np.array([25, 25, 33, 41, 41]) + 36 + 4))
 
 
 def test_the_parts_of_a_rates_error_add_as_squares():
@@ -192,14 +203,6 @@ def test_what_is_not_known_counts_as_standing():
     assert (growth(features(lost, TIMES))[12:18] == 0).all()
     one = features(held(STANDING)[:1], TIMES[:1])
     assert (growth(one) == 0).all()
-
-
-def test_an_error_is_the_root_of_the_sum_of_what_it_is_made_of():
-    noise = JointNoise(np.zeros((1, 14, 3)), postures={"r_knee_flexion": [3.0, 0.0, 0.0, 4.0]})
-    parts = [np.full(2, value) for value in (2.0, 1.0, 30.0)]
-    whole = noise.whole("r_knee_flexion", *parts, np.array([[0.0, 9, 9, 0], [2.0, 0, 0, 0.5]]))
-    assert whole == pytest.approx(np.sqrt([5, 5 + 36 + 4]))
-    assert noise.whole("r_knee_flexion", *parts) == pytest.approx(np.sqrt([5, 5]))
 
 
 NOISE = JointNoise(np.zeros((0, 14, 3)), turn=(0.9, 1.1, 0.04))

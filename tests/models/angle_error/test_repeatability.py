@@ -72,7 +72,7 @@ def test_figures_are_named_alike_for_both_sides():
 
     assert of("p05_p95", "range_of_motion", "r_knee_flexion") == "range_of_motion.knee_flexion"
     assert of("p05_p95", "range_of_motion", "l_knee_flexion") == "range_of_motion.knee_flexion"
-    assert of("full_range", "range_of_motion", "l_knee_flexion") is None
+    assert of("lowest", "range_of_motion", "l_knee_flexion") is None
     assert of("cadence", "walking") == "running.cadence"
     assert of("cadence", "walking", gait="walking") == "walking.cadence"
     assert of("cadence", "walking", gait="walking or running") == "walking.cadence"
@@ -84,9 +84,10 @@ def test_figures_are_named_alike_for_both_sides():
 def test_a_difference_has_the_fitted_share_of_independent_errors_and_no_figure_is_left_out():
     factors = shipped()["factors"]
     for between in get_args(Between):
-        of = "peak" if between == "repetitions" else "range_of_motion"
         sided = MIDLINE if between == "sides" else ()
-        assert {f"{of}.{of_both(name)}" for name in ANGLES if name not in sided} <= factors[between].keys()
+        assert {f"range_of_motion.{of_both(name)}" for name in ANGLES if name not in sided} <= factors[
+            between
+        ].keys()
         for figure, factor in factors[between].items():
             assert difference_sd(figure, (3.0, 4.0), between) == pytest.approx(5 * factor)
     assert difference_sd("unheard.of", (3.0, 4.0), "again") == 5.0

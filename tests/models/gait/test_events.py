@@ -6,22 +6,33 @@ import numpy as np
 import pytest
 
 from golden.motions import motion_with
+from golden.walks import GEOMETRIC, measured, seen_from
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.take_angles import smoothed
 from pcnet3d.models.common.canonical import R_world_from_body
-from pcnet3d.models.gait.contact import contacts, leg_lengths, windows
+from pcnet3d.models.common.motion import motion_of
 from pcnet3d.models.gait.gait import (
     ON_FLOOR,
+    Gait,
     Stance,
+    Step,
+    along_sight,
     contact_times,
+    contacts,
+    faded_steps,
     gait_of,
+    leg_lengths,
     separation,
     stances,
     strides,
+    swings_of,
     walks,
+    walks_of,
+    windows,
 )
 from pcnet3d.models.lab.evaluation.gait import true_contact
 from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.core.frames import CAMERA, Z_UP
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 
 FPS = 30
@@ -104,7 +115,7 @@ def test_walks_end_at_gaps_long_pauses_and_turns():
     assert first[-1].stop_s < 3.4 < second[0].stop_s
 
 
-@pytest.mark.parametrize("swing_deg", [20.0, -28.0])
+@pytest.mark.parametrize("swing_deg", [0.0, 20.0, -28.0])
 def test_a_pelvis_that_swings_with_every_step_does_not_turn(swing_deg):
     """Who swings it by 15 degrees to either side did not walk: each step turned by 30."""
     feet, between = limping(0.6, 0.6)
@@ -114,6 +125,10 @@ def test_a_pelvis_that_swings_with_every_step_does_not_turn(swing_deg):
     turning = swing + np.where(TIME < 3.1, 0.0, 60.0)
     first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
     assert first[-1].stop_s < 3.1 < second[0].stop_s
+    turning = swing + np.interp(TIME, [2.8, 4.0], [0, 90])  # from one landing to the next but one
+    first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
+    assert first[-1].stop_s < 2.9 < 3.9 < second[0].stop_s
+    assert (len(first), len(second)) == (4, 3)
 
 
 def there_and_back(steps, swing_deg):
@@ -136,24 +151,6 @@ def test_who_walks_back_swings_the_other_way_and_loses_no_step(steps, swing_deg)
     turns_s = 0.4 + 0.5 * (steps + 1) + 1.25  # between two landings of the way back
     for walk in walks(feet, between, TIME, 0.25, facing_deg=facing + np.where(turns_s > TIME, 0.0, 90.0)):
         assert not any(step.start_s < turns_s < step.stop_s for step in walk)
-
-
-def test_a_walk_ends_where_two_steps_turn_by_ninety_degrees():
-    feet, between = limping(0.6, 0.6)
-    for swing_deg in (0.0, -28.0, 20.0):
-        swing = swing_deg * np.cos(np.pi * (TIME - 0.4) / 0.6)
-        turning = swing + np.interp(TIME, [2.8, 4.0], [0, 90])  # from one landing to the next but one
-        first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
-        assert first[-1].stop_s < 2.9 < 3.9 < second[0].stop_s
-        assert (len(first), len(second)) == (4, 3)
-
-
-def test_each_walk_of_a_take_has_its_own_swing():
-    """Three steps with the pelvis to one side, and after a rest many with it to the other."""
-    lands_s = np.r_[1.0:2.6:0.5, 4.5:7.6:0.5]
-    swings = (-1.0) ** np.arange(len(lands_s))
-    facing = np.interp(TIME, lands_s, swings * np.where(lands_s < 3, 25, -25))
-    assert [len(walk) for walk in walks(*walked(lands_s, 0.6), TIME, 0.25, facing_deg=facing)] == [3, 6]
 
 
 def test_a_turn_ends_a_walk_though_a_landing_faces_nobody_knows_where():
@@ -343,3 +340,67 @@ def test_true_stances_of_the_walker_are_those_of_a_gait_laboratory():
         assert np.nanmin(np.abs(start[:, None] - strikes[1:]), axis=0).max() < 0.03
         share = np.nanmedian(stop - start) / np.median(np.diff(strikes))
         assert 0.6 < share < 0.67  # 0.62 in truth (Perry & Burnfield 2010)
+
+
+# --- steps beside a walk that only the knees show
+
+FADING_S = np.arange(0, 6, 1 / 30)
+LANDS = np.arange(0.8, 5.4, 0.5)  # left and right in turn; each knee swings 0.2 s before its foot lands
+KNEES = {
+    side: 10 + 50 * sum(np.exp(-(((FADING_S - at_s + 0.2) / 0.08) ** 2)) for at_s in LANDS[first::2])
+    for first, side in enumerate("lr")
+}
+FADED = [Step("rl"[i % 2], at_s, at_s + 0.5) for i, at_s in enumerate(LANDS[:-1])]
+EVERYWHERE = np.ones(len(FADING_S), dtype=bool)
+
+
+def faded(seen: slice, knees=KNEES, hidden=EVERYWHERE):
+    swings = {side: swings_of(x, FADING_S) for side, x in knees.items()}
+    return faded_steps(FADED[seen], knees, swings, FADING_S, hidden)
+
+
+@pytest.mark.parametrize("seen", [slice(3, 6), slice(0, 3), slice(6, 9)])
+def test_the_steps_before_and_behind_a_walk_keep_its_rhythm(seen):
+    """A man walked towards the camera for 4.8 s in 7 even steps: "walked 3 steps in 1.8 s"."""
+    before, behind = faded(seen)
+    for found, true in ((before, FADED[: seen.start]), (behind, FADED[seen.stop :])):
+        assert [step.side for step in found] == [step.side for step in true]
+        times = [[at_s for step in steps for at_s in (step.start_s, step.stop_s)] for steps in (found, true)]
+        np.testing.assert_allclose(*times, atol=0.05)
+
+
+def test_where_steps_can_be_seen_the_knees_tell_none():
+    assert faded(slice(3, 6), hidden=FADING_S < 0) == ([], [])
+    before, behind = faded(slice(3, 6), hidden=FADING_S > 3)
+    assert (before, len(behind)) == ([], 3)
+
+
+@pytest.mark.parametrize("stops_s", [3.75, 4.25])
+def test_a_walk_ends_where_the_knees_rest_or_bend_together(stops_s):
+    rests = {side: np.where(stops_s < FADING_S, 10, x) for side, x in KNEES.items()}
+    crouches = {side: np.where(stops_s < FADING_S, KNEES["l"] + KNEES["r"], x) for side, x in KNEES.items()}
+    for knees in (rests, crouches):
+        _, behind = faded(slice(2, 5), knees)
+        assert all(step.stop_s < stops_s + 0.3 for step in behind)
+
+
+@pytest.mark.parametrize(("turn_deg", "hidden"), [(0, True), (25, True), (60, False), (180, True)])
+def test_who_comes_towards_the_camera_or_goes_away_walks_along_its_sight(turn_deg, hidden):
+    a, ahead = np.radians(turn_deg), CAMERA.basis[2]
+    towards = -ahead * np.cos(a) + CAMERA.basis[0] * np.sin(a)
+    R = np.eye(3)[None].copy()
+    R[0, :, 0] = -towards
+    assert along_sight(R, CAMERA).tolist() == [hidden]
+    assert along_sight(R, Z_UP).tolist() == [False]
+
+
+def test_steps_that_are_depth_are_counted_and_are_in_no_mean():
+    """Of a walk towards the camera only the middle was found."""
+    motion = motion_of(measured(seen_from(walker(seconds=12, turn_deg=0), 0.0), GEOMETRIC[:3]))
+    gait = gait_of(motion)
+    (whole,) = walks_of(motion, gait)
+    (part,) = walks_of(motion, replace(gait, walks=[list(whole.steps[2:5])]))
+    assert part.every.index(part.steps[0]) >= 2
+    assert part.every[-1] != part.steps[-1]
+    assert abs(len(part.every) - len(whole.every)) <= 1
+    assert walks_of(motion, Gait(gait.feet, [])) == []

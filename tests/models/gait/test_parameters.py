@@ -5,9 +5,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pcnet3d.models.gait.errors import OF_SIDES, depth_of_steps, path_error, shipped_errors
+from pcnet3d.models.gait.figures import (
+    OF_SIDES,
+    belt_drift,
+    depth_of_steps,
+    length_values,
+    over_belt,
+    path_error,
+    shipped_errors,
+    standing,
+    times_too_far,
+)
 from pcnet3d.models.gait.gait import OF_STYLE, Gait, Stance, Step, walks
-from pcnet3d.models.gait.parameters import belt_drift, length_values, over_belt, standing, times_too_far
 from pcnet3d.pipeline.core.path import RootPath
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
@@ -139,53 +148,43 @@ def test_a_walk_in_depth_that_goes_farther_than_its_steps_is_too_long():
 OF_PATH = {"walking_speed", "step_length", "stride_length", "step_width"}
 
 
-def test_errors_shrink_with_steps_and_grow_with_the_paths():
-    times = set(striding()[2].times)
-    for source, figures in (("lifted", times | OF_PATH), ("measured", times)):
-        errors = shipped_errors(source)
-        for gait in ("walking", "running"):
-            assert set(errors.figures[gait]) == figures
-            few, more, many, thousand = (errors.mean(gait, "step_time_s", n) for n in (2, 3, 100, 1000))
-            assert few > more > many == thousand  # than it was fitted on
-            assert errors.mean(gait, "step_time_s", 1) > 0.004  # a single step's, between frames
-            even, uneven = (errors.mean(gait, "step_time_s", 5, scatter=s) for s in (0.01, 0.1))
-            assert uneven > 1.2 * even
-    for gait in ("walking", "running"):
-        assert shipped_errors().mean(gait, "step_length", 3, 0.1) > shipped_errors().mean(
-            gait, "step_length", 3
-        )
-        assert np.isnan(shipped_errors("measured").mean(gait, "step_length", 3))
-
-
+@pytest.mark.parametrize("gait", ["walking", "running"])
 @pytest.mark.parametrize("source", ["lifted", "measured"])
-def test_errors_grow_away_from_the_usual_gait_and_beyond_those_that_they_were_fitted_on(source):
-    errors = shipped_errors(source)
-    for gait, seen in errors.seen.items():
-        assert set(seen) == set(OF_STYLE)
-        usual = {name: seen[name]["usual"] for name in OF_STYLE}
-        assert errors.beyond(gait, usual) == errors.beyond(gait, {}) == {}
-        far = {**usual, "stance_percent": seen["stance_percent"]["most"] + 8.0}
-        assert set(errors.beyond(gait, far)) == {"stance_percent"}
-        assert errors.beyond(gait, {"step_time_s": 0.5 * seen["step_time_s"]["least"]})["step_time_s"] > 0
-        grown = errors.mean(gait, "stance_percent", 10, style=far)
-        assert grown > 1.2 * errors.mean(gait, "stance_percent", 10, style=usual)
-    seen = errors.seen["walking"]["stance_percent"]
-    within = {"stance_percent": seen["most"]}
-    assert errors.mean("walking", "stance_percent", 9, style=within) > errors.mean(
-        "walking", "stance_percent", 9
-    )
+def test_errors_shrink_with_steps_and_grow_with_the_path_and_away_from_the_usual_gait(gait, source):
+    errors, times = shipped_errors(gait, source), set(striding()[2].times)
+    assert set(errors.figures) == (times | OF_PATH if source == "lifted" else times)
+    few, more, many, thousand = (errors.mean("step_time_s", n) for n in (2, 3, 100, 1000))
+    assert few > more > many == thousand  # than it was fitted on
+    assert errors.mean("step_time_s", 1) > 0.004  # a single step's, between frames
+    even, uneven = (errors.mean("step_time_s", 5, scatter=s) for s in (0.01, 0.1))
+    assert uneven > 1.2 * even
+    one, other = (errors.mean("step_length", 3, root_sd) for root_sd in (0.0, 0.1))
+    assert other > one if source == "lifted" else np.isnan(one)
+    assert set(errors.seen) == set(OF_STYLE)
+    usual = {name: errors.seen[name]["usual"] for name in OF_STYLE}
+    assert errors.beyond(usual) == errors.beyond({}) == {}
+    most = errors.seen["stance_percent"]["most"]
+    far = {**usual, "stance_percent": most + 8.0}
+    assert set(errors.beyond(far)) == {"stance_percent"}
+    assert errors.beyond({"step_time_s": 0.5 * errors.seen["step_time_s"]["least"]})["step_time_s"] > 0
+    grown = errors.mean("stance_percent", 10, style=far)
+    assert grown > 1.2 * errors.mean("stance_percent", 10, style=usual)
+    if gait == "walking":
+        within = errors.mean("stance_percent", 9, style={"stance_percent": most})
+        assert within > errors.mean("stance_percent", 9)
 
 
-def test_a_difference_of_the_sides_is_less_sure_than_a_mean_the_more_so_the_more_of_a_step_is_depth():
-    errors = shipped_errors()
-    for gait in ("walking", "running"):
-        assert set(errors.differences[gait]) == set(OF_SIDES)
-        for figure in OF_SIDES:
-            few, many = (errors.difference(gait, figure, n, n, 0.5) for n in (2, 20))
-            assert errors.side(gait, figure, 0.5) < many / 2 + 1e-9 < few
-    side, along = (errors.difference("walking", "step_length", 5, 5, depth) for depth in (0.0, 1.0))
-    assert along > 2 * max(side, errors.mean("walking", "step_length", 10))
-    assert np.isnan(shipped_errors("measured").difference("walking", "step_length", 5, 5, 0.0))
+@pytest.mark.parametrize("gait", ["walking", "running"])
+def test_a_difference_of_the_sides_is_less_sure_than_a_mean_the_more_so_the_more_of_a_step_is_depth(gait):
+    errors = shipped_errors(gait)
+    assert set(errors.differences) == set(OF_SIDES)
+    for figure in OF_SIDES:
+        few, many = (errors.difference(figure, n, n, 0.5) for n in (2, 20))
+        assert errors.side(figure, 0.5) < many / 2 + 1e-9 < few
+    if gait == "walking":
+        side, along = (errors.difference("step_length", 5, 5, depth) for depth in (0.0, 1.0))
+        assert along > 2 * max(side, errors.mean("step_length", 10))
+    assert np.isnan(shipped_errors(gait, "measured").difference("step_length", 5, 5, 0.0))
 
 
 @pytest.mark.parametrize(("off_deg", "depth"), [(0, 1.0), (60, 0.5), (90, 0.0), (180, 1.0)])

@@ -98,9 +98,9 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
 def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
     clip = walked("walk", seconds=2.5)
     cases = list(visits(clip, Configuration(bed="typical", image=True)))
-    assert {kind for (kind, _), _ in cases} == {"range", "sides", "repetitions", "again", "elsewhere"}
+    assert {kind for (kind, _), _ in cases} == {"range", "sides", "again", "elsewhere"}
     assert {figure for (kind, figure), _ in cases if kind == "range"} <= set(OF_BOTH)
-    within = [abs(of["error"][0]) for (kind, _), of in cases if kind in ("sides", "repetitions")]
+    within = [abs(of["error"][0]) for (kind, _), of in cases if kind == "sides"]
     assert np.median(within) < 10  # where two raises of the arm truly differ by 48
     knees = [kind for (kind, figure), _ in cases if figure == "range_of_motion.knee_flexion"]
     assert (knees.count("again"), knees.count("elsewhere")) == (4, 2)  # right and left

@@ -272,16 +272,6 @@ def falls(poses: PoseSequence) -> list[float]:
     return [flight.fall for flight in flown(poses).flights]
 
 
-def slowed_squats(slowed: float = 1.0) -> PoseSequence:
-    """Four squats on feet that stay, as a cosine."""
-    time_s = np.arange(0, 8 * slowed, 1 / 30)
-    lower = 0.2 * (1 - np.cos(2 * np.pi * time_s / slowed / 2))
-    joints = np.repeat(standing()[None], len(time_s), axis=0)
-    joints[:, H36M17.indices(("r_ankle", "l_ankle")), 2] += lower[:, None]
-    root = np.stack([0 * lower, 0 * lower, 0.9 - lower], axis=-1)
-    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, path=RootPath(root))
-
-
 @pytest.mark.parametrize("slowed", [1, 4, 8])
 @pytest.mark.parametrize("unit", [1.0, 300.0])
 def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
@@ -289,11 +279,6 @@ def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
     found = falls(poses.with_(joints=poses.joints * unit, path=RootPath(poses.root * unit)))
     np.testing.assert_allclose(found, 9.81 / STATURE_M / slowed**2, rtol=0.06)
     assert len(found) == 2
-
-
-@pytest.mark.parametrize("slowed", [1, 4, 8])
-def test_a_squat_is_no_flight(slowed):
-    assert not len(falls(slowed_squats(slowed)))
 
 
 def test_what_is_not_well_seen_says_nothing():

@@ -201,7 +201,7 @@ def test_what_is_not_in_the_catalogue_cannot_be_made():
             Measures(tuple(rows))
     with pytest.raises(KeyError):
         withheld("too-dark", "cadence")
-    assert [withheld("few-values", name).name for name in (*TOGETHER, "cadence", "")][-2:] == [
+    assert [withheld("few-frames", name).name for name in (*TOGETHER, "cadence", "")][-2:] == [
         "cadence_withheld",
         "withheld",
     ]

@@ -18,10 +18,12 @@ from pcnet3d.pipeline.signals.filters import (
     holes,
     lowpass,
     nearest_row,
+    on_spline,
     peaks,
     rate,
     resample,
     runs,
+    smooth_slopes,
 )
 
 
@@ -240,3 +242,15 @@ def test_peaks_fall_on_both_sides_as_prominent_ones_do(steps, least):
 
 def test_a_plateau_is_one_peak_and_so_are_two_that_are_equally_high():
     assert peaks(np.array([0.0, 3.0, 3.0, 3.0, 0.0, 4.0, 3.0, 4.0, 0.0, 9.0]), 2.0) == [2, 5]
+
+
+@pytest.mark.parametrize("rows", [2, 3, 4, 5, 300])
+@pytest.mark.parametrize("shape", [(), (3,), (17, 3)])
+def test_curves_and_slopes_are_scipys(rows, shape):
+    rng = np.random.default_rng(rows)
+    x = np.cumsum(rng.uniform(0.01, 0.1, rows))
+    y = np.round(rng.normal(size=(rows, *shape)), 1)  # so coarse that neighbours are equal
+    at = np.concatenate([x, rng.uniform(x[0], x[-1], 50)])
+    expected, slopes = CubicSpline(x, y), smooth_slopes(x, y)
+    np.testing.assert_allclose(on_spline(x, y, slopes, at), expected(at), atol=1e-12)
+    np.testing.assert_allclose(slopes, expected(x, 1), rtol=1e-9, atol=1e-9)

@@ -7,8 +7,7 @@ from golden.motions import motion_with
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.pipeline.core.measures import Measure, nested
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.stages.measures.counted import counted_rows
-from pcnet3d.stages.measures.movements import MOVEMENTS, count, repeated
+from pcnet3d.stages.measures.movements import MOVEMENTS, count, counted_rows, repeated
 
 TIMES = np.arange(0, 6, 1 / 30)
 BUMP = np.exp(-(((TIMES - 3) / 0.5) ** 2))  # half of it from 2.6 to 3.4 s
@@ -166,7 +165,7 @@ def test_any_angle_is_counted_by_half_of_its_largest_change():
     elbow = 60 * np.sin(np.pi * TIMES) ** 2 + 25 * np.sin(np.pi * (TIMES - 0.5)) ** 2
     found = count(motion_with({"r_elbow_flexion": elbow}, TIMES), repeated("r_elbow_flexion"))
     assert len(found.events) == 6
-    assert found.movement.name == "repetitions.r_elbow_flexion"
+    assert found.movement.group == ("repetitions", "r_elbow_flexion")
 
 
 def test_a_lifted_duration_is_no_surer_than_where_a_movement_begins():

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.stages.measures.cycles import POINTS, normalised
-from pcnet3d.stages.measures.figures import symmetry
+from pcnet3d.stages.measures.figures import POINTS, normalised, symmetry
 from pcnet3d.stages.measures.repetitions import near_ends_s, repetitions
 
 FPS = 30

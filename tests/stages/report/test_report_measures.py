@@ -63,14 +63,14 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
     measures = {
         "symmetry": {
             "knee_flexion": {
-                "right_deg": 49.0, "symmetry_index_percent": -19.0, "symmetry_index_error_percent": 25.0,
+                "symmetry_index_percent": -19.0, "symmetry_index_error_percent": 25.0,
                 "within_error": True,
             },
             "thigh_trunk_flexion": {
-                "right_deg": 58.0, "symmetry_index_percent": 45.0, "symmetry_index_error_percent": 16.0,
+                "symmetry_index_percent": 45.0, "symmetry_index_error_percent": 16.0,
                 "within_error": False,
             },
-            "elbow_flexion": {"right_deg": 3.0, "symmetry_index_withheld": "sides-unlike"},
+            "elbow_flexion": {"symmetry_index_withheld": "sides-unlike"},
         },
         "range_of_motion": {
             "r_elbow_flexion": {"p05_deg": -156.0, "p95_deg": 20.0, "beyond_anatomy_frames": 2, "nan_share": 0.5},

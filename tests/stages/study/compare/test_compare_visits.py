@@ -90,7 +90,7 @@ def ranging(side, **ranges):
 def of_visit(side, low_deg, high_deg, speed):
     """The side as a take with one range of motion, known to 4 degrees, and one walking speed, known to 0.05 m/s."""
     ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
-    ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "usual_error_deg": 3.0}
+    ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0}
     walking = {"walking_speed": speed, "walking_speed_error": 0.05, "steps": 4}
     measures = read_measures({"range_of_motion": ranges, "walking": walking})
     return replace(with_run(side, measures=measures), metric=True)
@@ -147,7 +147,7 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     degrees."""
 
     def visit(side, high_deg, unseen):
-        seen = {"p05_p95_deg": high_deg, "frames": 100}
+        seen = {"p05_p95_deg": high_deg}
         knee, thigh = ({**seen, "nan_share": share} for share in (0.0, unseen))
         return ranging(side, r_knee_flexion=knee, l_thigh_sagittal=thigh)
 
@@ -170,9 +170,7 @@ def test_what_doubtful_poses_differ_by_is_not_said_to_be_a_change(sides):
     """A walk and its stretched video: "double support -17 ± 5 %", and no word that the poses were suspicious."""
 
     def visit(side, high_deg, *findings):
-        return with_run(
-            ranging(side, r_knee_flexion={"p05_p95_deg": high_deg, "frames": 100}), findings=findings
-        )
+        return with_run(ranging(side, r_knee_flexion={"p05_p95_deg": high_deg}), findings=findings)
 
     stretched = notice("limbs-copied", limb="leg")
     for findings, differs in (((), True), ((stretched,), None)):
