@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from .running.run import run_files
     from .running.runner import Pipeline
     from .signals.angles import ANGLES, REASONS, angles
-    from .signals.swaps import find_swaps, mask_swaps
+    from .signals.swaps import find_swaps
 
 __all__ = [
     "ANGLES", "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO18", "COCO23", "FEET", "GL_CAMERA",
@@ -54,7 +54,7 @@ __all__ = [
     "REASONS", "SOMA30", "SOMA77", "Y_UP", "Z_UP", "Adapter", "Camera", "Frame", "InputError", "Layout",
     "Lifted", "Lifter", "MadeBy", "Measure", "Notice", "Pipeline", "PoseSequence", "Rectified", "Rectifier", "RootPath",
     "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer", "angle_deg", "angles", "change_frame",
-    "check_adapter", "computing_on", "find_swaps", "load_recipe", "mask_swaps", "nested", "notice", "open_take",
+    "check_adapter", "computing_on", "find_swaps", "load_recipe", "nested", "notice", "open_take",
     "own_notice", "planned", "read_run", "remap", "rotate", "run_files", "transpose",
     "whole_file",
 ]  # fmt: skip

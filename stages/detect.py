@@ -22,8 +22,8 @@ from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
-from ..pipeline.reading.exchanged import treated
 from ..pipeline.reading.tracks import first_names, joined
+from ..pipeline.signals.swaps import swaps_of_take
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,8 @@ class Detect:
             replace(detections, person=same).save(self.folder / KEYPOINTS)
         chosen = choose_detected(people, names.get(str(told.person), told.person), str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps).with_(notices=chosen.notices)
-        _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
-        assert keypoints is not None
         take = take.with_(keypoints=keypoints)
+        swapped, _ = swaps_of_take(None, keypoints)
         notices = [notice("others-missed")] if isinstance(detector, Follower) else []
         notices += [*chosen.notices, *detections.doubts(chosen)]
         if detections.frames_seen < detections.frames:

@@ -130,8 +130,8 @@ def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, n
 
 
 def in_doubt(take: Take) -> dict[str, np.ndarray]:
-    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what is left of
-    theirs (reading.exchanged.treated), and of the keypoints if this run has lifted them."""
+    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged
+    (signals.swaps.swaps_of_take), their own and those of the keypoints if this run has lifted them."""
     poses = take.need("poses")
     doubt: dict[str, np.ndarray] = {}
     rests_on = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)

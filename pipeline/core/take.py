@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 CameraMotion = Literal["static", "moving"]
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 Check = Literal["refuse", "off"]
-Swaps = Literal["report", "mask"]
 AngleErrors = Literal["judged", "disagreement", "file", "none"]
 
 
@@ -87,8 +86,7 @@ class Told:
     video. stature_m: the person's height.
     images: False keeps every image of the person out of the results. fps: frames a second, instead of the file's.
     person: which of several people, by name, or "longest" or "largest". handedness: what to do if left and right of the
-    poses are exchanged. check: "off" takes poses that are mirrored or upside down as they are. swaps: what to do if
-    limbs are exchanged in some frames.
+    poses are exchanged. check: "off" takes poses that are mirrored or upside down as they are.
 
     InputError for values that cannot be, before a run looks at the whole video.
     """
@@ -105,12 +103,11 @@ class Told:
     person: str | None = None
     handedness: Handedness = "refuse"
     check: Check = "refuse"
-    swaps: Swaps = "report"
 
     def __post_init__(self) -> None:
         pitch, roll = self.pitch_deg, self.roll_deg
         angles = [angle for angle in (pitch, roll) if angle is not None]
-        choices = {"camera": CameraMotion, "handedness": Handedness, "check": Check, "swaps": Swaps}
+        choices = {"camera": CameraMotion, "handedness": Handedness, "check": Check}
         for name, allowed in choices.items():
             if (value := getattr(self, name)) not in (getattr(Told, name), *get_args(allowed)):
                 expected = ", ".join(get_args(allowed))

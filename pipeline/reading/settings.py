@@ -27,7 +27,7 @@ from typer.models import ParameterInfo
 
 from ..core.device import Device
 from ..core.errors import InputError
-from ..core.take import Check, Handedness, Session, Swaps, Told
+from ..core.take import Check, Handedness, Session, Told
 from ..files.atomic import printable
 from ..plugins.options import did_you_mean, pairs
 from ..plugins.removed import refuse_removed
@@ -40,7 +40,7 @@ READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like t
 TOLD = {
     "fps": "fps", "person": "person", "stature": "stature_m", "camera": "camera", "focal": "focal_px",
     "image_size": "image_size", "pitch": "pitch_deg", "roll": "roll_deg", "gravity": "gravity",
-    "handedness": "handedness", "check": "check", "swaps": "swaps",
+    "handedness": "handedness", "check": "check",
 }  # fmt: skip
 # Fields that are short for `--set` of a STAGE.KEY.
 SHORT = {"detector": "detect.detector", "lifter": "lift.lifter", "also": "export.also"}
@@ -168,7 +168,6 @@ class RunOptions(BaseModel):
     gravity: Annotated[tuple[float, float, float] | None, _parts(",")] = None
     handedness: Handedness = "refuse"
     check: Check = "refuse"
-    swaps: Swaps = "report"
     first_frame: int | None = None
     keypoints_adapter: str = "auto"
     keypoints_person: str | None = None

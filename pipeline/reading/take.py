@@ -21,9 +21,9 @@ from ..files.detections import FEWEST_FRAMES
 from ..files.digest import sha256
 from ..signals.altered import alterations, altered, without_altered
 from ..signals.filters import nearest_row, rate
+from ..signals.swaps import swaps_of_take
 from .bounds import check_fps, check_times, image_size_doubts, rate_doubts
 from .choose import RANKS, choose_detected, choose_person, listed_people
-from .exchanged import treated
 from .findings import UNNUMBERED, findings_of
 from .load import Source, load, read_video
 from .settings import RunOptions
@@ -390,7 +390,7 @@ def _joined(files: Files, options: RunOptions, person: Rows, track: Rows) -> Tak
         video = video and replace(video, part=(first, last))
     lead = poses or keypoints
     poses, keypoints, changed = _without_altered(poses, person, keypoints)
-    poses, keypoints, swapped, swaps = treated(poses, keypoints, told.swaps)
+    swapped, swaps = swaps_of_take(poses, keypoints)
     unnumbered = lead and not lead.frames_known and (video or (poses and keypoints))
     notices = (
         *part,

@@ -167,7 +167,7 @@ def _leads_out(text: str) -> bool:
 
 
 # Of what is told: heeded by reading, whatever stages there are.
-HEEDED_BY_READING = ("fps", "person", "handedness", "check", "swaps")
+HEEDED_BY_READING = ("fps", "person", "handedness", "check")
 
 
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:

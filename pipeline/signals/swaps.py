@@ -8,7 +8,7 @@ or a bad point pass. Every change of state has its price, and anatomy (checks.ha
 continuity leaves it open.
 
 That limbs changed places is often clear when it is not on which side of the change they are wrong, least of all of a
-long run. Nothing is put right: what is certain may be masked.
+long run. Nothing is put right: frames are told, and their angles withheld.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from ..core.messages import first_few
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import norm
-from ..core.take import Swaps
 from .checks import handedness_cues, without_made_nose
 from .filters import breaks, stretches
 
@@ -52,6 +51,7 @@ _WAYS: dict[How, dict[str, tuple[str, tuple[str, ...]]]] = {
     },
     "on one": {"legs both on one": ("leg", LEG[1:]), "arms both on one": ("arm", ARM[1:])},
 }
+_LIMBS = {name: limb for ways in _WAYS.values() for name, (limb, _) in ways.items()}
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,7 @@ class Swap:
     """Rows first_row to last_row, both included, that are wrong in one way.
 
     kind: the name of one of `kinds`. evidence: log-likelihood that continuity gains when they are turned back. certain:
-    whether it is these rows that are wrong; of others only that something changes at their ends, and they are told and
-    left as they are.
+    whether it is these rows that are wrong; of others only that something changes at their ends.
     """
 
     kind: str
@@ -118,7 +117,8 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     joints = poses.joints.astype(np.float64)
     frames = poses.frame_index / limit("swaps.rate")
     times = frames if poses.time_s is None else poses.time_s.astype(np.float64)
-    ways, layout = ways_of(poses.layout), poses.layout
+    layout = poses.layout
+    ways = {way.name: way for how in _WAYS for way in kinds(layout, how)}
     # Of a lift of wrong keypoints depth may be as it was.
     axes = 2 if poses.frame.axes == CAMERA.axes else poses.frame.dims
     swaps: list[Swap] = []
@@ -368,21 +368,6 @@ def likeliest(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, pric
     return paths
 
 
-def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
-    """A copy in which the joints of certain swaps are missing; the history lists them."""
-    ways = ways_of(poses.layout)
-    joints = poses.joints.copy()
-    certain = [swap for swap in swaps if swap.certain]
-    for swap in certain:
-        joints[swap.first_row : swap.last_row + 1, ways[swap.kind].pairs] = np.nan
-    return poses.with_(joints=joints).noted("swaps", masked=as_frames(poses, certain))
-
-
-def ways_of(layout: Layout) -> dict[str, Kind]:
-    """The ways to be wrong by their names."""
-    return {way.name: way for how in get_args(How) for way in kinds(layout, how)}
-
-
 def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]]:
     """Plain values, with the video's frame numbers beside the rows."""
     return [
@@ -419,14 +404,41 @@ def described(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
     )
 
 
-def notices_of(poses: PoseSequence, swaps: Sequence[Swap], what: str, how: Swaps = "report") -> list[Notice]:
-    """Notices of swaps in poses or keypoints, as `what` calls them; how: what was done with those that are certain."""
+def notices_of(poses: PoseSequence, swaps: Sequence[Swap], what: str) -> list[Notice]:
+    """Notices of swaps in poses or keypoints, as `what` calls them."""
     certain, doubtful = ([swap for swap in swaps if swap.certain == sure] for sure in (True, False))
     notices = []
     if certain:
-        code = "swaps-found" if how == "report" else "swaps-masked"
         wrong = int(wrong_rows(poses, swaps).sum())
-        notices.append(notice(code, what=what, swaps=described(poses, certain), wrong=wrong, of=len(poses)))
+        values = {"swaps": described(poses, certain), "wrong": wrong, "of": len(poses)}
+        notices.append(notice("swaps-found", what=what, **values))
     if doubtful:
         notices.append(notice("swaps-doubtful", what=what, doubt=described(poses, doubtful)))
     return notices
+
+
+def swaps_of_take(
+    poses: PoseSequence | None, keypoints: PoseSequence | None
+) -> tuple[list[Notice], tuple[Swap, ...] | None]:
+    """Notices of swaps in a take's keypoints and poses, which have each limb that is wrong with its first and last
+    frame ("exchanged"): angles are withheld there. And the swaps of the poses."""
+    notices: list[Notice] = []
+    if keypoints is not None:
+        swaps, notices = _told(keypoints, "keypoints")
+        frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
+        # A lift of exchanged keypoints is wrong in all its joints.
+        if poses is not None and (wrong := int(np.isin(poses.frame_index, frames).sum())):
+            notices.append(notice("swapped-keypoints", wrong=wrong))
+    if poses is None:
+        return notices, None
+    swaps, of_poses = _told(poses, "poses")
+    return [*notices, *of_poses], swaps
+
+
+def _told(poses: PoseSequence, what: str) -> tuple[tuple[Swap, ...], list[Notice]]:
+    swaps = find_swaps(poses)
+    exchanged = [
+        (_LIMBS[swap.kind], *poses.frame_index[[swap.first_row, swap.last_row]].tolist()) for swap in swaps
+    ]
+    told = notices_of(poses, swaps, what)
+    return swaps, [replace(each, values={**each.values, "exchanged": exchanged}) for each in told]

@@ -83,7 +83,6 @@ video/photographed: run DATA/real/pose2sim_static/cam01.mp4 MOVENET --set read.p
 
 keypoints/walk: run --keypoints INPUTS/walk_crop.json --set read.image_size=884x300 --fps 30
 keypoints/boxing: run ALPHAPOSE --set read.image_size=854x480 --stature 1.8
-keypoints/boxing_masked: run --keypoints INPUTS/boxing.json --set read.image_size=854x480 --fps 30 --set read.swaps=mask
 keypoints/skating: run SKATER --set read.image_size=1280x720
 keypoints/roof: run --keypoints INPUTS/demo_man.json --set read.image_size=1768x994 --fps 30
 
@@ -141,7 +140,7 @@ _WORDS = {
 _ONLY_NUMBERS = " --set record=off --set report=off"  # of `run` and `batch`
 _SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size={4} --fps 30 "
 _OPTIONS = (
-    "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=mask",
+    "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.handedness=ignore",
     "--set trajectories.cutoff_hz=6", "--camera moving",
     "--focal {1} --set read.pitch={2} --set read.roll={3}", "--set rectify.rectifier=geometric",
 )  # fmt: skip

@@ -15,9 +15,8 @@ from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.reading.exchanged import treated
 from pcnet3d.pipeline.signals.angles import ANGLES, EXCHANGED
-from pcnet3d.pipeline.signals.swaps import Kind, kinds
+from pcnet3d.pipeline.signals.swaps import Kind, kinds, swaps_of_take
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
@@ -144,7 +143,7 @@ def test_a_limb_that_contradicts_its_keypoints_or_may_be_exchanged_is_not_known(
     assert not contradicted.has(["r_ankle"])[25:45].any()
     assert contradicted.has(["r_ankle"])[:15].all()
     wrong = swapped(filmed.poses, ARMS)
-    _, _, said, _ = treated(wrong, None, "report")
+    said, _ = swaps_of_take(wrong, None)
     exchanged_arms = motion(filmed.with_(poses=wrong, keypoints=None).saying(*said))
     assert not exchanged_arms.has(["l_elbow"])[20:26].any()
     assert exchanged_arms.has(["l_knee"]).all()
@@ -174,11 +173,10 @@ def test_a_residual_of_one_frame_is_the_keypoints():
 def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
     """Of a cyclist whose arms were exchanged: "chest turned 46 right to 65 left" rested on these frames."""
     wrong = swapped(filmed.poses, ARMS)
-    _, _, said, _ = treated(wrong, None, "report")
+    said, _ = swaps_of_take(wrong, None)
     doubt = in_doubt(filmed.with_(poses=wrong).saying(*said))
     (rows,) = (np.flatnonzero(of) for of in doubt.values())
     assert rows.tolist() == list(range(20, 26))
-    assert in_doubt(filmed.saying(*treated(wrong, None, "mask")[2])) == {}
     found = without_exchanged(dict.fromkeys(ANGLES, steadily(len(wrong), 8.0, 8.0)), doubt)
     gone = {name for name, of in found.items() if np.isnan(of.value_deg).any()}
     assert {"r_elbow_flexion", "l_shoulder_flexion", "thorax_pelvis_rotation"} <= gone
@@ -187,17 +185,7 @@ def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
 
 
 def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them(filmed):
-    _, _, said, _ = treated(None, swapped(filmed.keypoints, LEGS), "report")
+    said, _ = swaps_of_take(None, swapped(filmed.keypoints, LEGS))
     assert in_doubt(filmed.saying(*said)) == {}
     lifted = filmed.poses.with_(made_by=MadeBy("estimated", "pcnet3d", in_run=True))
     assert in_doubt(filmed.with_(poses=lifted).saying(*said))["leg"].sum() == 6
-
-
-@pytest.mark.parametrize(("how", "doubted"), [("report", True), ("mask", False)])
-def test_legs_that_were_masked_leave_no_doubt_which_leg_is_which(filmed, how, doubted):
-    """Beside arms that were not."""
-    legs, arms = kinds(filmed.keypoints.layout)
-    wrong = swapped(swapped(filmed.keypoints, legs, slice(30, 33)), arms, slice(45, None))
-    _, _, said, _ = treated(None, wrong, how)
-    lifted = filmed.poses.with_(made_by=MadeBy("estimated", "pcnet3d", in_run=True))
-    assert in_doubt(filmed.with_(poses=lifted).saying(*said)).keys() == {"arm", *["leg"] * doubted}

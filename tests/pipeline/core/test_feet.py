@@ -8,7 +8,6 @@ from pcnet3d.pipeline import BODY, CAMERA, H36M17, PoseSequence, remap
 from pcnet3d.pipeline.core.conversions import body_in
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, body_of
 from pcnet3d.pipeline.reading.findings import findings_of, repaired
-from pcnet3d.pipeline.signals.swaps import Swap, mask_swaps
 from pcnet3d.stages.clean import clean, without
 from pcnet3d.stages.rectify import rectify
 from pcnet3d.stages.trajectories import smooth
@@ -111,16 +110,6 @@ def test_left_and_right_put_right(poses, handedness):
     left, right = (poses.joint(f"{side}_heel") for side in "lr")
     expected = left * [-1, 1, 1] if handedness == "mirror" else right
     np.testing.assert_allclose(wrong.joint("l_heel"), expected, atol=1e-6)
-
-
-def test_swapped_legs_take_their_feet_along(poses):
-    def masked(kind):
-        return feet_in(mask_swaps(poses, [Swap(kind=kind, first_row=10, last_row=19, evidence=9.0)]))
-
-    for kind in ("legs exchanged", "ankles exchanged", "legs both on one"):
-        assert np.isnan(masked(kind)[10:20]).all()
-        np.testing.assert_array_equal(masked(kind)[20:], feet_in(poses)[20:])
-    np.testing.assert_array_equal(masked("arms exchanged"), feet_in(poses))
 
 
 def test_clean_fills_gaps_and_removes_jumps(poses):

@@ -55,15 +55,15 @@ def test_an_option_goes_to_each_stage_that_it_is_for():
 def test_what_is_told_of_the_recording_is_no_stages_option():
     given = {
         "camera": "moving", "focal": 900, "image_size": "640x360", "stature": 1.7, "no_frames": True,
-        "person": "2", "fps": 60, "swaps": "mask", "handedness": "mirror",
+        "person": "2", "fps": 60, "check": "off", "handedness": "mirror",
     }  # fmt: skip
     assert told(keypoints=KEYPOINTS, **given) == {}
     options = RunOptions(keypoints=KEYPOINTS, **given)
     assert options.told == Told(
         "moving", 900, image_size=(640, 360), stature_m=1.7, images=False,
-        fps=60, person="2", handedness="mirror", swaps="mask",
+        fps=60, person="2", handedness="mirror", check="off",
     )  # fmt: skip
-    assert told(video=VIDEO, person="2", fps=60, swaps="mask", handedness="mirror") == {}
+    assert told(video=VIDEO, person="2", fps=60, check="off", handedness="mirror") == {}
     assert RunOptions(gravity="0,1,0").told == Told(gravity=(0, 1, 0))
 
 
@@ -119,8 +119,8 @@ def test_settings_reach_their_stage_in_the_type_it_asks_for():
 
 
 def test_settings_of_reading_are_fields():
-    options = RunOptions(settings=["read.swaps=mask", "read.first_frame=7", "keypoints.track=true"])
-    assert (options.swaps, options.first_frame) == ("mask", 7)
+    options = RunOptions(settings=["read.check=off", "read.first_frame=7", "keypoints.track=true"])
+    assert (options.check, options.first_frame) == ("off", 7)
     assert options.keypoints_options == {"track": "true"}
     assert options.settings == {}
 
@@ -135,8 +135,8 @@ def test_settings_of_reading_are_fields():
         ("lift.lifter=mine", ["lift.lifter", "'lift'", "this run does not have"]),
         ("lift=off", ["lift=off", "'lift'", "this run does not have"]),
         ("read.fps=30", ["read.fps", "it is --fps"]),
-        ("read.swap=mask", ["read.swap", "did you mean swaps"]),
-        ("read.swaps=masks", ["read.swaps=masks", "'mask'"]),
+        ("read.chek=off", ["read.chek", "did you mean check"]),
+        ("read.check=of", ["read.check=of", "'off'"]),
         ("keypoints.track=true", ["--keypoints"]),
         ("read.keypoints_person=2", ["--keypoints"]),
         ("stature=1.8", ["STAGE.KEY=VALUE", "stature is --stature"]),

@@ -1,7 +1,6 @@
 """Exchanged and collapsed limbs: put into the walker, found to the row, and nothing elsewhere."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +13,10 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.motion import in_doubt
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
-from pcnet3d.pipeline.reading.exchanged import treated
 from pcnet3d.pipeline.reading.findings import swap_findings
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.signals.swaps import Swap, find_swaps, kinds, mask_swaps
+from pcnet3d.pipeline.signals.swaps import find_swaps, kinds, swaps_of_take
 
 ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 OPTIONS = ["--adapter", "arrays", *(part for of in ARRAYS.items() for part in ("-O", "=".join(of)))]
@@ -158,19 +156,12 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path):
     assert (found["kind"], found["first_frame"], found["last_frame"]) == ("legs exchanged", 60, 69)
 
 
-@pytest.mark.parametrize(("how", "code"), [("report", "swaps-found"), ("mask", "swaps-masked")])
-def test_a_take_is_changed_only_when_asked(tmp_path, how, code):
+def test_a_take_tells_its_exchanged_limbs_and_is_not_changed(tmp_path):
     wrong = spoilt(POSES, "legs exchanged", first=60, last=69)
-    take = open_take(
-        RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
-    )
+    take = open_take(RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS))
     (said,) = [each for each in take.notices if "legs exchanged" in each.text]
-    assert (said.code, said.values["wrong"], said.values["of"]) == (code, 10, 240)
-    assert take.poses.history[-1].name == "swaps"
-    if how == "mask":
-        assert np.isnan(take.poses.joints[60:70, H36M17.index("l_knee")]).all()
-    else:
-        np.testing.assert_allclose(take.poses.joints, wrong.joints - wrong.joints[:, :1], atol=1e-6)
+    assert (said.code, said.values["wrong"], said.values["of"]) == ("swaps-found", 10, 240)
+    np.testing.assert_allclose(take.poses.joints, wrong.joints - wrong.joints[:, :1], atol=1e-6)
 
 
 def exchanged_file(path, first, last) -> Path:
@@ -187,37 +178,34 @@ def exchanged_file(path, first, last) -> Path:
     return path
 
 
-def test_poses_lifted_from_exchanged_keypoints_are_masked_with_them(tmp_path):
+def test_poses_beside_exchanged_keypoints_are_told(tmp_path):
     poses_file = saved(tmp_path / "poses.npz", POSES)
     keypoints = exchanged_file(tmp_path / "alphapose-results.json", 60, 69)
-    sources = RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
-    take = open_take(sources)
+    take = open_take(
+        RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
+    )
     assert np.isfinite(take.poses.joints).all()
-    assert "swapped-keypoints" in {each.code for each in take.notices}
-    masked = open_take(sources.with_(swaps="mask"))
-    assert np.isnan(masked.poses.joints[60:70]).all()
-    assert np.isfinite(np.delete(masked.poses.joints, np.arange(60, 70), axis=0)).all()
-    assert find_swaps(masked.keypoints) == ()
+    assert [each.values for each in take.notices if each.code == "swapped-keypoints"] == [{"wrong": 10}]
 
 
 def slid(poses: PoseSequence, name: str, first: int, last: int) -> PoseSequence:
     """Exchanged in the image alone, depth kept, and over three rows at either end, as a lift smooths an exchange."""
-    wrong = WAYS[name].applied(POSES.joints)
-    share = np.clip(np.minimum(np.arange(len(POSES)) - first + 2, last + 2 - np.arange(len(POSES))) / 3, 0, 1)
-    joints = POSES.joints.copy()
-    joints[..., :2] += share[:, None, None] * (wrong - POSES.joints)[..., :2]
-    return POSES.with_(joints=joints)
+    wrong = WAYS[name].applied(poses.joints)
+    share = np.clip(np.minimum(np.arange(len(poses)) - first + 2, last + 2 - np.arange(len(poses))) / 3, 0, 1)
+    joints = poses.joints.copy()
+    joints[..., :2] += share[:, None, None] * (wrong - poses.joints)[..., :2]
+    return poses.with_(joints=joints)
 
 
 def reaching(poses: PoseSequence) -> PoseSequence:
     """Who stands with one arm forward and one back, in the plane of the image."""
-    joints = np.repeat(POSES.joints[SQUAT - 20 : SQUAT - 19], len(POSES), axis=0)
+    joints = np.repeat(poses.joints[SQUAT - 20 : SQUAT - 19], len(poses), axis=0)
     joints += np.random.default_rng(1).normal(0, 0.003, joints.shape)
     for side, way in (("l", 1.0), ("r", -1.0)):
         shoulder = joints[:, H36M17.index(f"{side}_shoulder")]
         for part, reach in (("elbow", 0.28), ("wrist", 0.55)):
             joints[:, H36M17.index(f"{side}_{part}")] = shoulder + way * reach * np.array([1.0, 0.1, 0.3])
-    return POSES.with_(joints=joints)
+    return poses.with_(joints=joints)
 
 
 def test_an_exchange_that_a_lift_has_smoothed_is_told_as_doubtful():
@@ -255,9 +243,6 @@ def test_a_pair_of_joints_that_is_exchanged_alone_is_found_to_the_row(part, leng
         found = find_swaps(take.with_(joints=joints))
         (swap,) = (swap for swap in found if swap.kind == f"{part}s exchanged")
         assert abs(swap.first_row - first) + abs(swap.last_row - first - length + 1) <= 3
-        missing = np.isnan(mask_swaps(take.with_(joints=joints), (replace(swap, certain=True),)).joints)
-        assert missing[swap.first_row, pair].all()
-        assert missing.any(axis=-1).sum() == 2 * rows_of(swap)
 
 
 def test_limbs_that_swing_fast_are_not_told():
@@ -277,17 +262,14 @@ def end_on(rows=110) -> PoseSequence:
 
 
 def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
-    """As likely as its complement: it is told by its ends, its angles are withheld, and it is never masked."""
+    """As likely as its complement: it is told by its ends, and its angles are withheld."""
     wrong = spoilt(end_on(), "legs exchanged", first=50, last=109)
     (found,) = find_swaps(wrong)
     assert not found.certain
     assert rows_of(found) <= 60  # the labeling with fewer frames
-    for how in ("report", "mask"):
-        _, keypoints, (event,), _ = treated(None, wrong, how)
-        assert event.code == "swaps-doubtful"
-        np.testing.assert_array_equal(keypoints.joints, wrong.joints)
-        lifted = Take("take", poses=wrong).saying(*treated(wrong, None, how)[2])
-        assert in_doubt(lifted)["leg"].sum() == rows_of(found)
+    (said,), swaps = swaps_of_take(wrong, None)
+    assert (said.code, swaps) == ("swaps-doubtful", (found,))
+    assert in_doubt(Take("take", poses=wrong).saying(said))["leg"].sum() == rows_of(found)
     assert [finding.weight for finding in swap_findings(wrong, (found,))] == ["note"]
 
 
@@ -330,22 +312,22 @@ def test_the_complement_of_an_exchange_is_never_found():
 
 def on_one(poses: PoseSequence, limb: str, first: int, last: int) -> PoseSequence:
     """The right leg, or arm, drawn where the left one is, as of a detector that sees one of the two."""
-    parts, joints = {"leg": ("knee", "ankle"), "arm": ("elbow", "wrist")}[limb], POSES.joints.copy()
+    parts, joints = {"leg": ("knee", "ankle"), "arm": ("elbow", "wrist")}[limb], poses.joints.copy()
     to, of = (H36M17.indices([f"{side}_{part}" for part in parts]) for side in "rl")
     joints[first : last + 1, to] = joints[first : last + 1, of]
     noise = np.random.default_rng(3).normal(0, 0.3, (last + 1 - first, 2, joints.shape[-1]))
-    joints[first : last + 1, to] += noise * (0.01 if POSES.frame.dims == 3 else 1.0)
-    return POSES.with_(joints=joints)
+    joints[first : last + 1, to] += noise * (0.01 if poses.frame.dims == 3 else 1.0)
+    return poses.with_(joints=joints)
 
 
 def widest(poses: PoseSequence, part: str) -> int:
     """The row of the walk with the right joint farthest from the left one in the image."""
-    ends = POSES.joints[WALK : WALK + 40, H36M17.indices((f"l_{part}", f"r_{part}")), :2]
+    ends = poses.joints[WALK : WALK + 40, H36M17.indices((f"l_{part}", f"r_{part}")), :2]
     return WALK + int(np.argmax(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)))
 
 
 @pytest.mark.parametrize(("limb", "part"), [("leg", "ankle"), ("arm", "wrist")])
-def test_limbs_that_both_lie_on_one_are_masked_and_withheld_as_exchanged_ones(limb, part):
+def test_limbs_that_both_lie_on_one_are_withheld_as_exchanged_ones(limb, part):
     """A runner from the side, both legs on the one that stands: "knees 17 to 60", true 95, and not a word."""
     for take in (PIXELS, POSES):
         middle = widest(take, part)
@@ -353,9 +335,7 @@ def test_limbs_that_both_lie_on_one_are_masked_and_withheld_as_exchanged_ones(li
         (found,) = find_swaps(wrong)
         assert (found.kind, found.certain) == (f"{limb}s both on one", True)
         assert abs(found.first_row - middle + 3) + abs(found.last_row - middle - 4) <= 2
-        missing = np.isnan(mask_swaps(wrong, (found,)).joints).all(axis=-1)
-        assert missing.sum() == 4 * rows_of(found)
-        _, _, said, _ = treated(wrong, None, "report")
+        said, _ = swaps_of_take(wrong, None)
         assert in_doubt(Take("take", poses=wrong).saying(*said))[limb].sum() == rows_of(found)
 
 
@@ -366,10 +346,3 @@ def test_legs_side_by_side_are_not_on_one():
     left, right = (joints[:, side] for side in knees)
     joints[:, knees[1]] = left + share[:, None, None] * (right - left)
     assert find_swaps(PIXELS.with_(joints=joints)) == ()
-
-
-def test_a_certain_swap_is_masked_and_one_in_doubt_is_not():
-    found = (Swap("legs exchanged", 30, 39, 9.0), Swap("arms exchanged", 64, 67, 9.0, certain=False))
-    missing = np.isnan(mask_swaps(PIXELS, found).joints).any(axis=-1)
-    assert missing[30:40, WAYS["legs exchanged"].pairs].all()
-    assert missing.sum() == 60
