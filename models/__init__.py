@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from .detector.protocols import Detector, Found, PersonNetwork
     from .gravity.images import up_from_images
     from .gravity.live import LiveRectifier
-    from .lifter.live import LiveLifter
+    from .lifter.builtin import LiveLifter
     from .lifter.load import load_lifter
     from .rectifier.load import load_rectifier
 

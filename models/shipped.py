@@ -9,7 +9,7 @@ from typing import Any
 
 from ..pipeline.files.digest import sha256
 from .lifter import SHIPPED
-from .rectifier.geometric import Geometric
+from .rectifier.load import Geometric
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,12 @@ import numpy as np
 import typer
 
 from ..models.angle_error.joint_noise import JOINTS, shipped_noise
-from ..models.common.metrics import plain
 from ..pipeline.core.errors import InputError, needed_for
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.path import RootPath
 from ..pipeline.core.pose import package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.atomic import add_to_list, whole_folder, write_json
+from ..pipeline.files.atomic import add_to_list, plain, whole_folder, write_json
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.finished import read_run
 from ..pipeline.reading.settings import Force

@@ -63,7 +63,7 @@ FAULTS = [
     Fault("models/smoother.py", "np.square(factors)[:, None", "np.array(factors)[:, None",
           "models/test_smoother.py::test_factors_are_of_standard_deviations"),
     Fault("models/detector/scene_cuts.py", ">= _STAYS", "< _STAYS", "models/detector/test_scene_cuts.py"),
-    Fault("models/rectifier/geometric.py", "np.cross(shoulders, trunk)", "np.cross(trunk, shoulders)",
+    Fault("models/rectifier/load.py", "np.cross(shoulders, trunk)", "np.cross(trunk, shoulders)",
           "stages/test_geometric.py"),
     Fault("models/lifter/load.py", "1.0, confidence), 0.0)", "1.0, confidence), 1.0)",
           "pipeline/running/test_process.py::test_missing_joints_reach_a_function_on_a_line_without_a_score"),

@@ -19,10 +19,9 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import is_finite, rotate, transpose
+from ...pipeline.core.rotations import is_finite, kabsch, norm, rotate, transpose
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
 from ...pipeline.signals.filters import breaks
-from ..common.metrics import rigid_error
 from ..common.residuals import stated_spread
 from ..gravity.evidence import TakeUp
 from ..gravity.levelling import level
@@ -140,7 +139,15 @@ def _by_second(poses: PoseSequence, second: PoseSequence) -> float:
     if both.sum() < _FEWEST:
         return float("nan")
     bodies = [body[both] for body in bodies]
-    parts = [rigid_error(*(body[rows] for body in bodies)) for rows in blocks(len(bodies[0]))]
+    parts = [_rigid_error(*(body[rows] for body in bodies)) for rows in blocks(len(bodies[0]))]
     apart = float(np.concatenate(parts).mean())
     second_error = _by_lifter(second, None)
     return float(np.sqrt(max(apart**2 - second_error**2, second_error**2)))
+
+
+def _rigid_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) mean distance of joints (..., T, 17, 3) after the best rotation and shift of every frame, sizes as they
+    are."""
+    a = truth - truth.mean(axis=-2, keepdims=True)
+    b = predicted - predicted.mean(axis=-2, keepdims=True)
+    return norm(rotate(kabsch(a, b), b) - a).mean(axis=-1)

@@ -1,1 +1,1 @@
-"""What networks share: ONNX files, downloads, error measures."""
+"""What networks share: ONNX files, downloads, a take's motion."""

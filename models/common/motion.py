@@ -11,8 +11,7 @@ from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
-from ...pipeline.signals.filters import BRIDGED_S, breaks, stretches
-from ...pipeline.signals.windows import ranked
+from ...pipeline.signals.filters import BRIDGED_S, breaks, ranked, stretches
 from .residuals import LIMBS, Residuals, residuals_of, unsure_joints
 
 # Of the take's usual residual, within which a limb agrees with its keypoints: what is usual tells how good these are,

@@ -26,7 +26,6 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import TOLD_UP
 from ...pipeline.core.rotations import angle_deg, is_finite, shortest_turn, unit
 from ...pipeline.core.take import Told
-from ..common.metrics import RAYLEIGH_90
 
 FRAMES, FEET, FLOOR, IMAGE = "frames", "feet", "floor", "image"  # sources, beside people's and what is told
 _GRAVITY, _ANGLES = TOLD_UP
@@ -37,6 +36,8 @@ _ANYHOW_DEG, _ANYHOW = 35.0, 0.05
 _WIDEST_DEG = 45.0  # off the image's own up, where lines are searched for one
 _DOUBT = 0.5  # more likely wrong than right
 
+# Of a direction whose error is Gaussian in two dimensions: what holds nine in ten, over the root mean square.
+RAYLEIGH_90 = float(np.sqrt(np.log(10)))
 # 90 % radius of a Gaussian with standard deviations 1 and 0, 0.2, ... 1, by numerical integration.
 _RADII = (1.6449, 1.6573, 1.6992, 1.7915, 1.9472, 2.1460)
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand

@@ -12,8 +12,7 @@ import numpy as np
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite, unit
-from ...pipeline.signals.filters import rate, runs
-from ...pipeline.signals.windows import gaussian
+from ...pipeline.signals.filters import gaussian, rate, runs
 from .evidence import FEET, FLOOR, Evidence
 from .votes import PersonFrames, effective_number
 

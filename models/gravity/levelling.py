@@ -20,9 +20,8 @@ from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, unit
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import nearest_row
 from ..common.canonical import R_world_from_body
-from ..common.metrics import RAYLEIGH_90
 from ..common.residuals import stated_spread
-from .evidence import FRAMES, IMAGE, KNOWN_DEG, Evidence, TakeUp, about, fuse, fused_up, settled
+from .evidence import FRAMES, IMAGE, KNOWN_DEG, RAYLEIGH_90, Evidence, TakeUp, about, fuse, fused_up, settled
 from .floor import of_feet
 from .votes import (
     USUAL_SPREAD,

@@ -29,7 +29,7 @@ from ...pipeline.files.arrays import load
 from ...pipeline.files.skeletons import leg_length, upright_share
 from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import load_toml
-from ..rectifier.geometric import Geometric
+from ..rectifier.load import Geometric
 from .cases import Cases
 from .clips import Clip
 from .data import require_sides

@@ -26,9 +26,8 @@ from ...pipeline.core.path import RootPath
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
-from ...pipeline.signals.filters import on_lines, rate, stretches
+from ...pipeline.signals.filters import on_lines, ranked, rate, stretches
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
-from ...pipeline.signals.windows import ranked
 
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths

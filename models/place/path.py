@@ -18,9 +18,8 @@ from ...pipeline.core.frames import CAMERA, require
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, known_median, norm
-from ...pipeline.signals.filters import rate
+from ...pipeline.signals.filters import gaussian, rate
 from ...pipeline.signals.reprojection import JOINTS, keypoint_rays, placed
-from ...pipeline.signals.windows import gaussian
 from ..common.splines import inverse_band
 
 FEWEST_FRAMES = 3  # a path is smoothed by its acceleration, and two have none

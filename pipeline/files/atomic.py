@@ -11,10 +11,13 @@ import shutil
 import socket
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict, is_dataclass
 from glob import escape
 from pathlib import Path
 from secrets import token_hex
 from typing import Any
+
+import numpy as np
 
 from ..core.errors import InputError
 from ..core.pose import package_version
@@ -56,6 +59,19 @@ def write_rows(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         writer.writerows(rows)
+
+
+def plain(value: Any) -> Any:
+    """Nested figures as what JSON knows; NaN and infinity become null."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
+    if isinstance(value, dict):
+        return {str(key): plain(part) for key, part in value.items()}
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 def write_json(path: Path, content: object) -> None:

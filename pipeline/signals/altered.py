@@ -24,8 +24,7 @@ from ..core.notices import Notice, Weight, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, norm, rotate
 from .checks import empty_rows
-from .filters import on_lines, stretches
-from .windows import ranked
+from .filters import on_lines, ranked, stretches
 
 _ENOUGH = limit("rows.tell")
 _SIDES = ("r", "l")

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...models.common.metrics import plain
 from ...pipeline.core.camera import Camera, pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import nested
@@ -19,7 +18,7 @@ from ...pipeline.core.rotations import rotate
 from ...pipeline.core.system import cores
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
-from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
+from ...pipeline.files.atomic import REPORT, SUMMARY, plain, write_json
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, OF_RECTIFIED, POSES, RECORDING, BoneNames
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load

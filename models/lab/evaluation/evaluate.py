@@ -24,11 +24,10 @@ from typer import Argument, Option
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import refuse_unwritable, write_json, write_text
+from ....pipeline.files.atomic import plain, refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.plugins.removed import refuse_removed
 from ....pipeline.reading.settings import OnDevice
-from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..beds import Bed, Configuration, Sets

@@ -10,13 +10,12 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.measures import nested
 from ....pipeline.core.messages import bound_in_words, how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
+from ....pipeline.files.atomic import REPORT, SUMMARY, plain, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
 from ....pipeline.running.sentences import ERRORS_OF_ANGLES, POSES_ARE, judgement

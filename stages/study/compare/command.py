@@ -8,11 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
-from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import say
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
+from ....pipeline.files.atomic import add_to_list, plain, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.markers import Up

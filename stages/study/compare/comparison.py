@@ -25,14 +25,13 @@ from ....models.angle_error.repeatability import (
     same_part,
     same_place,
 )
-from ....models.common.metrics import joint_error
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.figures import FIGURES, OF_LENGTH, UNITS, label_of
 from ....pipeline.core.measures import SD_90, Measure, with_bar
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, grave, notice, verdict
 from ....pipeline.core.pose import package_version
-from ....pipeline.core.rotations import turn_deg, turned
+from ....pipeline.core.rotations import norm, turn_deg, turned
 from ....pipeline.running.sentences import ERRORS_OF_ANGLES, NINE_IN_TEN
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ....pipeline.signals.filters import each_path
@@ -291,7 +290,7 @@ def _moment_by_moment(pair: Pair, times: np.ndarray) -> Pair:
     joints = each_path(partial(reference.resampled, time_s=times), reference.level, len(times))
     turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
     level = scale * turned(side.level, turn)
-    off = joint_error(level, joints)
+    off = norm(level - joints).mean(axis=-1)
     return replace(
         pair,
         times=times,

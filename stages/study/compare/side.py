@@ -13,7 +13,6 @@ import numpy as np
 
 from ....models.angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
 from ....models.common.canonical import R_world_from_body
-from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.anthropometry import STATURES_M, implied_stature
 from ....pipeline.core.errors import InputError, naming
@@ -130,7 +129,7 @@ def with_truth(
             f"{', '.join(map(str, cutoffs))} Hz; compare them one by one.",
         )
     poses, cutoff_hz = read_truth(path, up, unit, rate), cutoffs.pop()
-    joints = relative(poses.joints.astype(np.float64))
+    joints = poses.joints.astype(np.float64) - poses.joint("pelvis")[:, None]
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz)
     R = _facing(joints)
     series = take_angles(TakeJoints(_trunk_by_shoulders(joints), _trunk_by_shoulders(filtered), R))

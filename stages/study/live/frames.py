@@ -15,18 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from ....models.common.metrics import plain
 from ....models.detector.load import load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
 from ....models.gravity.evidence import Evidence, fuse, told_up
 from ....models.gravity.levelling import camera_frame
 from ....models.gravity.live import LiveRectifier
-from ....models.lifter.live import LiveLifter
+from ....models.lifter.builtin import LiveLifter
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Told, Video
+from ....pipeline.files.atomic import plain
 from ....pipeline.files.video_frames import images_ahead
 from ....pipeline.reading.load import read_video
 

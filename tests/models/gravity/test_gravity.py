@@ -7,8 +7,16 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from golden.ups import stated_deg, take_up, up_of
-from pcnet3d.models.common.metrics import RAYLEIGH_90
-from pcnet3d.models.gravity.evidence import IMAGE, Evidence, about, direction, fuse, fused_up, radius_90
+from pcnet3d.models.gravity.evidence import (
+    IMAGE,
+    RAYLEIGH_90,
+    Evidence,
+    about,
+    direction,
+    fuse,
+    fused_up,
+    radius_90,
+)
 from pcnet3d.models.gravity.images import tangent
 from pcnet3d.models.gravity.votes import (
     LEAN_DEG,

@@ -14,10 +14,9 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import rectifier
 from pcnet3d.models.common.metrics import joint_error
 from pcnet3d.models.lab.cases import scaled
-from pcnet3d.models.lifter.builtin import reach, run
+from pcnet3d.models.lifter.builtin import LiveLifter, reach, run
 from pcnet3d.models.lifter.features import HALF_WINDOW, features, ray_rotation
 from pcnet3d.models.lifter.keypoints import clock_of
-from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.core.rotations import geodesic_deg, is_finite, rotate, unit
 from refusals import refused

@@ -10,9 +10,9 @@ import pytest
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline import InputError, RunOptions, load_recipe, nested, read_run, run_files
 from pcnet3d.pipeline.core.notices import grave
+from pcnet3d.pipeline.files.atomic import plain
 from refusals import refused
 
 

@@ -11,7 +11,7 @@ from pcnet3d.models.lab.clips import Clip
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, summary
-from pcnet3d.models.rectifier.geometric import Geometric
+from pcnet3d.models.rectifier.load import Geometric
 
 
 class Fixed(NamedTuple):

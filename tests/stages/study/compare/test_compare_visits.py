@@ -9,10 +9,10 @@ import pytest
 from golden.html import Page
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import shipped
-from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline.core.measures import read_measures
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.files.atomic import plain
 from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.study.compare.align import correlated

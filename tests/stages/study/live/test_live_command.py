@@ -17,7 +17,7 @@ from golden import numbered
 from golden.recordings import GEOMETRIC, kept
 from pcnet3d.adapters import read_all
 from pcnet3d.models import Found
-from pcnet3d.models.lifter.live import LiveLifter
+from pcnet3d.models.lifter.builtin import LiveLifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.study.live.command import live

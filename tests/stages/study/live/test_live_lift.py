@@ -3,7 +3,7 @@
 import numpy as np
 
 from golden.lifts import lift
-from pcnet3d.models.lifter.live import LiveLifter
+from pcnet3d.models.lifter.builtin import LiveLifter
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import COCO17
 
