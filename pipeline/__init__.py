@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from .core.lifted import Lifted, ToLift
     from .core.measures import Measure, nested
     from .core.notices import Notice, notice, own_notice
-    from .core.path import RootPath
-    from .core.pose import MadeBy, PoseSequence, Rectified
+    from .core.pose import MadeBy, PoseSequence, Rectified, RootPath
     from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Take, Told, Video
     from .files.atomic import whole_file

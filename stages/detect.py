@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.detector.load import load_detector
-from ..models.detector.topdown import Follower
+from ..models.detector.networks import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many

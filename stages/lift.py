@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_lifter, load_rectifier
-from ..models.detector.leaps import exchanges
+from ..models.detector.scene_cuts import exchanges
 from ..models.gravity.evidence import told_up
 from ..models.gravity.levelling import known_moving_up, known_up
 from ..models.lifter.builtin import KIND

@@ -21,8 +21,7 @@ import typer
 from ..models.angle_error.joint_noise import JOINTS, shipped_noise
 from ..pipeline.core.errors import InputError, needed_for
 from ..pipeline.core.messages import how_many
-from ..pipeline.core.path import RootPath
-from ..pipeline.core.pose import package_version
+from ..pipeline.core.pose import RootPath, package_version
 from ..pipeline.core.take import Take
 from ..pipeline.files.atomic import add_to_list, plain, whole_folder, write_json
 from ..pipeline.files.digest import sha256

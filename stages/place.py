@@ -25,8 +25,7 @@ from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.path import RootPath, moved_covariance
-from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.pose import PoseSequence, RootPath, moved_covariance
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
 

@@ -125,7 +125,7 @@ def rectify(
 
     camera, gravity, pitch_deg, roll_deg: as in pipeline.core.take.Told. view: what the images say
     (stages.calibrate). With a static camera the take has one up. Every frame votes on it (models/gravity/votes.py),
-    and so does the floor under the feet if the source knows where the person is (its root; models/gravity/floor.py).
+    and so does the floor under the feet if the source knows where the person is (its root).
     With a moving camera up changes smoothly, and LEVEL has the camera's heading: horizontal directions are relative to
     the camera.
 

@@ -10,8 +10,7 @@ import numpy as np
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import notice
-from ..pipeline.core.path import moved_covariance
-from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.pose import PoseSequence, moved_covariance
 from ..pipeline.core.take import Take, Told
 
 

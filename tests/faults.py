@@ -72,7 +72,7 @@ FAULTS = [
     Fault("models/place/path.py", "path * stature)", "path)", "models/place/test_pelvis_path.py"),
     Fault("models/gravity/evidence.py", "odds_image > odds_bodies", "odds_image < odds_bodies",
           "models/gravity/test_gravity.py"),
-    Fault("models/gravity/floor.py", "> np.sin(np.radians(_STEEP_DEG))", "> 1", "models/gravity/test_floor.py"),
+    Fault("models/gravity/votes.py", "> np.sin(np.radians(_STEEP_DEG))", "> 1", "models/gravity/test_floor.py"),
     Fault("models/lab/clips.py", "combinations(PARTS, 2)", "combinations(PARTS[1:], 2)",
           "models/lab/test_clips.py"),
     Fault("models/lab/synthetic.py", "needed.amax(dim=(1, 2))", "needed.mean(dim=(1, 2))",

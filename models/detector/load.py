@@ -16,9 +16,8 @@ from ...pipeline.plugins.registry import open_model
 from ...pipeline.reading.given import layout_in_2d
 from ..common.function import answer_of, failed, name_of
 from ..common.onnx import open_onnx
-from .networks import MoveNet, PersonBoxes, SimCC
+from .networks import Follower, MoveNet, PersonBoxes, SimCC, TopDown
 from .protocols import CropNetwork, Detector, Found
-from .topdown import Follower, TopDown
 
 _USUAL_PERSONS = "yolox"
 
@@ -79,7 +78,7 @@ def load_detector(
     Files may hold MoveNet, and RTMPose and other SimCC networks, which look at a single person: they follow one through
     the images, or get everybody's box from `person_detector`, a name or the .onnx file of a YOLOX. everybody: get the
     boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 or 2
-    (topdown.looked_twice); None for 2. InputError when there is no such name or file, or it is of another kind.
+    (networks.looked_twice); None for 2. InputError when there is no such name or file, or it is of another kind.
     """
     if looks not in (None, 1, 2):
         raise InputError("bad-value", f"Expected 1 or 2 looks at a person, got --set detect.looks={looks}.")

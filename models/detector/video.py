@@ -17,9 +17,8 @@ from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.reading.tracks import MEMORY, Sighting, Tracker
 from ...pipeline.running.progress import Keeper, counted, interruptible
 from ...pipeline.signals.visibility import LEAST_SCORE
-from .leaps import exchanges, leaps
 from .protocols import Detector, Found
-from .scene_cuts import Glance, repeated, without_repeats
+from .scene_cuts import Glance, exchanges, leaps, repeated, without_repeats
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
 _LAST = 10  # images that show how far the film leaps without a cut: a recording that stalls does so again and again

@@ -32,7 +32,7 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.core.measures import SD_90
-from ...pipeline.core.path import RootPath
+from ...pipeline.core.pose import RootPath
 from ...pipeline.core.rotations import unit
 from ...pipeline.signals.filters import resample
 from .gait import OTHER, Gait, Stance, Step, Values, by_side, strides

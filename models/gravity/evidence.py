@@ -1,7 +1,7 @@
 """Evidence on up: what any source says, as a Gaussian about it; fused where sources agree, decided and said where they
 do not.
 
-Each kind is made in one place: the body's by `votes.of_votes`, that of feet and floor by `floor.of_feet`, what the user
+Each kind is made in one place: the body's by `votes.of_votes`, that of feet and floor by `votes.of_feet`, what the user
 or a sensor tells by `told_up`; how cameras are `held` speaks before any of them.
 
 Two sources contradict each other when their ups are further apart than their stated errors allow (chi-square with two

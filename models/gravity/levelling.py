@@ -22,7 +22,6 @@ from ...pipeline.signals.filters import nearest_row
 from ..common.canonical import R_world_from_body
 from ..common.residuals import stated_spread
 from .evidence import FRAMES, IMAGE, KNOWN_DEG, RAYLEIGH_90, Evidence, TakeUp, about, fuse, fused_up, settled
-from .floor import of_feet
 from .votes import (
     USUAL_SPREAD,
     PersonFrames,
@@ -30,6 +29,7 @@ from .votes import (
     expected_deg,
     lean_square,
     leaning,
+    of_feet,
     of_frames,
     own_lean,
     smoothed,

@@ -51,7 +51,7 @@ class LiveRectifier:
 
     The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled
     whenever a sixteenth of them is new: an early outlier loses its weight once the others are known, and similar frames
-    count as few. A frame's cost and memory do not grow. The level line between the feet (floor.level_feet) is not
+    count as few. A frame's cost and memory do not grow. The level line between the feet (votes.level_feet) is not
     used.
 
     notices: what is grave of what the poses of the first 3 seconds show, once these are over.

@@ -22,8 +22,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.path import RootPath
-from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.pose import PoseSequence, Rectified, RootPath
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines, ranked, rate, stretches

@@ -7,8 +7,7 @@ import numpy as np
 from .errors import InputError
 from .frames import METRES, Frame
 from .layouts import FEET, H36M17, Layout, body_of
-from .path import RootPath
-from .pose import PoseSequence
+from .pose import PoseSequence, RootPath
 
 _NEAREST_M = 0.5  # a pelvis less far ahead of the camera is a lifter's, which leaves it about the origin
 

@@ -15,8 +15,7 @@ from ..core.frames import IMAGE, LEVEL, Frame
 from ..core.layouts import Layout, body_of
 from ..core.measures import read_measures
 from ..core.notices import About, Notice, Weight, grave
-from ..core.path import RootPath
-from ..core.pose import MadeBy, PoseSequence, Rectified, Step
+from ..core.pose import MadeBy, PoseSequence, Rectified, RootPath, Step
 from ..core.take import AngleErrors, CameraMotion, Session, Take, Told
 from .arrays import load_all
 from .atomic import SUMMARY, read_object

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.place.flights import SEGMENTS
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 
 STATURE_M = 1.7
 HIGH_M = 0.35

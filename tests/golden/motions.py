@@ -8,8 +8,7 @@ from golden.jumps import standing
 from pcnet3d.models.common.motion import Motion
 from pcnet3d.pipeline.core.frames import CAMERA, LEVEL, Z_UP
 from pcnet3d.pipeline.core.layouts import H36M17
-from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence, Rectified
+from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence, Rectified, RootPath
 
 CAPTURED = MadeBy("measured", "capture")
 

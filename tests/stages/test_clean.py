@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, Take
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.pipeline.signals.checks import leaps
 from pcnet3d.stages.clean import Clean, clean, not_seen
 

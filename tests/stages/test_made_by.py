@@ -12,8 +12,7 @@ from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.measures import nested
-from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
+from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence, RootPath
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.sentences import ERRORS_OF_ANGLES, trusted
 from pcnet3d.stages.angles import THE_ANGLES, Angles, errors_unknown

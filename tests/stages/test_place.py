@@ -19,7 +19,7 @@ from pcnet3d.pipeline import (
 )
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.reading.findings import repaired
 from pcnet3d.stages.clean import clean

@@ -14,7 +14,7 @@ from pcnet3d.pipeline.core.camera import Look
 from pcnet3d.pipeline.core.frames import GL_CAMERA, IMAGE
 from pcnet3d.pipeline.core.measures import SD_90
 from pcnet3d.pipeline.core.notices import notice
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.signals.checks import nobody_upright
 from pcnet3d.stages.rectify import Rectify, rectify

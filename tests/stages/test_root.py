@@ -8,7 +8,7 @@ from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, cha
 from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.pipeline.reading.findings import repaired
 
 PELVIS = H36M17.index("pelvis")

@@ -21,8 +21,7 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.path import RootPath
-from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.pose import PoseSequence, RootPath
 from ...place.flights import GRAVITY, Flight, flown
 from ..beds import Configuration, EvaluationSet, Finished, SeenTake, finished
 from ..cases import Cases, Row, column, summed

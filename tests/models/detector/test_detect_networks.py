@@ -18,9 +18,8 @@ from pcnet3d.adapters.video import read
 from pcnet3d.models.common import download as networks
 from pcnet3d.models.common.download import MOVENET, Network
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.models.detector.networks import MoveNet
+from pcnet3d.models.detector.networks import Follower, MoveNet, looked_twice
 from pcnet3d.models.detector.protocols import Crop, Found
-from pcnet3d.models.detector.topdown import Follower, looked_twice
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, HALPE26
 from pcnet3d.pipeline.files.video_frames import images_from

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from golden.detections import detected, scored
-from pcnet3d.models.detector.leaps import exchanges, leaps
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.models.detector.scene_cuts import Glance
+from pcnet3d.models.detector.scene_cuts import Glance, exchanges, leaps
 from pcnet3d.models.detector.video import _told_apart, detect
 from pcnet3d.pipeline.reading.choose import choose_detected
 

@@ -7,7 +7,7 @@ from golden.jumps import jumping
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 
 
 @pytest.mark.parametrize("slowed", [1, 4, 8])

@@ -17,7 +17,7 @@ from pcnet3d.models.gait.figures import (
     times_too_far,
 )
 from pcnet3d.models.gait.gait import OF_STYLE, Gait, Stance, Step, walks
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
 TIME = np.arange(6 * FPS) / FPS

@@ -8,11 +8,12 @@ from golden.ups import stated_deg, take_up
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity.evidence import direction, fuse
-from pcnet3d.models.gravity.floor import floor_plane, level_feet
 from pcnet3d.models.gravity.levelling import level_static, why_not
 from pcnet3d.models.gravity.votes import (
     TILT_SHARE,
     PersonFrames,
+    floor_plane,
+    level_feet,
 )
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit

@@ -17,8 +17,7 @@ from pcnet3d.models.place.flights import LIFTED, BodyPath, airborne, flown, lift
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Background, Camera
 from pcnet3d.pipeline.core.measures import SD_90, nested
-from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.core.pose import MadeBy, RootPath
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures

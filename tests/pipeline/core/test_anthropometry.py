@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.anthropometry import floor_height, implied_stature
 from pcnet3d.pipeline.core.layouts import body_of
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 
 POSES = walker(seconds=8).poses
 

@@ -8,7 +8,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 

@@ -8,7 +8,7 @@ import pytest
 
 from golden.recordings import Recording
 from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.stages.record.stage import Record, record
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"

@@ -8,7 +8,7 @@ from golden.walks import GEOMETRIC, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import CAMERA, Y_UP, Pipeline, change_frame
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT
-from pcnet3d.pipeline.core.path import RootPath
+from pcnet3d.pipeline.core.pose import RootPath
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.stages.record.stage import record
 

@@ -32,8 +32,7 @@ from pcnet3d.models.lab.evaluation.errors import (
 from pcnet3d.models.lab.evaluation.evaluate import measured
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import SD_90, Measure, Measures, Moments
-from pcnet3d.pipeline.core.path import RootPath
-from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.core.pose import MadeBy, RootPath
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.signals.angles import ANGLES
 from refusals import refused
