@@ -16,8 +16,7 @@ from pcnet3d.examples.demo import demo
 from pcnet3d.examples.walker.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints, write_poses
 from pcnet3d.examples.walker.walk import Walk, walker
-from pcnet3d.models.lab.clips import Clip
-from pcnet3d.models.lab.data import write_mocap
+from pcnet3d.models.lab.data import data
 from pcnet3d.pipeline import H36M17
 
 # Packages of others that documents use, whose answers have the shapes and types of theirs; and a lifter.
@@ -104,21 +103,14 @@ def _two_people(folder: Path, walk: Walk, camera: Camera) -> None:
 
 
 def _motion_capture(folder: Path) -> None:
-    """own, a data folder, a training of own.toml on it, and a folder of BVH."""
-    walks = {name: walker(seconds=2, turn_deg=10.0 * i) for i, name in enumerate(SUBJECTS)}
-    (folder / "own").mkdir()
-    write_mocap(
-        folder / "own" / "clips.npz",
-        [
-            Clip(f"{name}_walk", name, "walker", walk.fps, walk.world.astype(np.float32))
-            for name, walk in walks.items()
-        ],
-    )
+    """FOLDER, of BVH; own, the data folder made of it; and own.toml, a training on that."""
+    (folder / "FOLDER").mkdir()
+    for i, name in enumerate(SUBJECTS):
+        world = walker(seconds=2, turn_deg=10.0 * i).world
+        worlds.bvh(folder / "FOLDER" / f"{name}_walk.bvh", worlds.y_up(world), fps=30)
+    data(folder / "own", own=folder / "FOLDER")
     (folder / "own" / "splits.json").write_text(text_of("training", "json"))
     (folder / "own.toml").write_text(tiny())
-    (folder / "FOLDER").mkdir()
-    for name in SUBJECTS:
-        worlds.bvh(folder / "FOLDER" / f"{name}_walk.bvh", worlds.y_up(walks[name].world), fps=30)
 
 
 def _finished(folder: Path) -> None:
