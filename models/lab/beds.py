@@ -281,7 +281,6 @@ def read_seen(path: Path) -> tuple[Video, PoseSequence]:
 
 _LOOK_EVERY = 10  # frames of a moving camera whose image is asked for up
 _ANSWERED = 0.8  # share of them that tells it
-_FILES = ("record", "export", "report")  # stages that only write
 _REACHED = 0.8  # share of a figure's frames below the posture and the speed that it is judged by
 BINS = ("posture", "speed")  # known of every case of a take with bodies, that all are judged apart by
 
@@ -532,7 +531,7 @@ def at_rate(clip: Clip, fps: float) -> Clip:
 def recipe_of(asked: Configuration) -> Recipe:
     """The default recipe as that configuration has it, from keypoints on or from poses, without files."""
     recipe = load_recipe()
-    for stage in _FILES:
+    for stage in ("record", "export", "report"):  # which only write
         recipe = recipe.without(stage)
     if asked.errors is not None:
         recipe = recipe.with_options("angles", errors=asked.errors)

@@ -18,7 +18,6 @@ from ...pipeline.core.rotations import kabsch, rotate
 from ..common.metrics import joint_error
 
 _DRAWS = 10_000
-_SEED = 0  # of the bootstrap
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -122,7 +121,7 @@ def interval(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
     with replacement (bootstrap); NaN of fewer than two."""
     if len(sums) < 2:
         return float("nan"), float("nan")
-    drawn = np.random.default_rng(_SEED).integers(len(sums), size=(_DRAWS, len(sums)))
+    drawn = np.random.default_rng(0).integers(len(sums), size=(_DRAWS, len(sums)))
     low, high = np.quantile(sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1), (0.05, 0.95))
     return float(low), float(high)
 

@@ -47,7 +47,6 @@ from .clips import FPS, Clip, read_mocap, subject_of
 SPLITS: dict[str, dict[str, list[str]]] = json.loads(
     Path(__file__).with_name("splits.json").read_text(encoding="utf-8")
 )
-_MADE = "data.json"  # digests of what was made
 # Acclaim's "radius" ends 19 cm from the elbow; the wrist markers of CMU's 01_01 are 29 away, and people's wrists 27.
 _FOREARM = 1.38
 # Arena's upper arm is 65 to 90 % of a real one, which is 1.05 forearms long (de Leva 1996).
@@ -162,7 +161,7 @@ def data(
 def made(source: Source, folder: Path, output: Path) -> tuple[Clip, ...]:
     """The clips of a source's file, which is written unless it is there. InputError for a folder without recordings,
     and for a file that is not as it was made."""
-    path, listing = output / f"{source.file}.npz", output / _MADE
+    path, listing = output / f"{source.file}.npz", output / "data.json"  # digests of what was made
     digests = json.loads(listing.read_text(encoding="utf-8")) if listing.exists() else {}
     if not path.exists():
         ready = folder / path.name
@@ -183,8 +182,8 @@ def converted(source: Source, folder: Path) -> list[Clip]:
         raise InputError("cannot-open", f"Expected a folder at {folder}: {source.way}.")
     people = {person for of_part in SPLITS.get(source.file, {}).values() for person in of_part}
     # Of CMU's thousands of files only theirs are read.
-    cmu = source is SOURCES["cmu"]
-    clips = read_folder(folder, only=lambda file: not cmu or subject_of(file.stem) in people)
+    every = source is not SOURCES["cmu"]
+    clips = read_folder(folder, only=lambda file: every or subject_of(file.stem) in people)
     kept = [clip for clip in map(source.made, clips) if not people or subject_of(clip.name) in people]
     if not kept:
         raise InputError("nothing-usable", f"Expected recordings of {', '.join(sorted(people))} in {folder}.")

@@ -34,7 +34,6 @@ from ..beds import Bed, Configuration, Sets
 from ..cases import Figure, Row, grouped
 
 ROOT = Path(__file__).parents[3]
-_LEDGER = ("date", "command", "networks", "because")
 
 
 @dataclass(frozen=True)
@@ -196,7 +195,8 @@ def note_look(output: Path, command: str, networks: Sequence[str], because: str)
     the command, the networks with their digests, and why. It is docs/accuracy/ledger.csv where this package lies in its
     repository, else ledger.csv in the report's folder."""
     path = (ROOT / "docs" / "accuracy" if (ROOT / ".git").exists() else output) / "ledger.csv"
-    line = date.today().isoformat(), command, " ".join(networks), " ".join(because.split())
-    first = not path.exists()
+    lines = [(date.today().isoformat(), command, " ".join(networks), " ".join(because.split()))]
+    if not path.exists():
+        lines.insert(0, ("date", "command", "networks", "because"))
     with open(path, "a", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([_LEDGER, line] if first else [line])
+        csv.writer(file, lineterminator="\n").writerows(lines)

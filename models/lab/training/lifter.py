@@ -336,7 +336,6 @@ def target(joints_camera: Tensor, up: Tensor) -> tuple[Tensor, Tensor]:
     return rotate(R_ray_from_camera, relative), rotate(R_ray_from_camera, velocity)
 
 
-_SEED = 1
 CONDITIONS = {  # before what cameras, and whether up is told
     "wild": (WILD, False),
     "typical": (TYPICAL, False),
@@ -369,7 +368,7 @@ def whole_takes(clips: Sequence[Clip]) -> dict[str, list[Take]]:
 
 
 def _take(clip: Clip, views: ViewRange, up_known: bool) -> Take:
-    seen = see(clip, _SEED, views=views)
+    seen = see(clip, seed=1, views=views)
     size = np.asarray(seen.image_size, dtype=float)
     focal = np.asarray(ASSUMED_FOCAL * size.max())
     up = np.tile(seen.up, (len(clip), 1)) if up_known else None

@@ -26,24 +26,18 @@ class Fixed(NamedTuple):
 
 
 @pytest.fixture
-def clip(standing):
-    poses = (standing + np.random.default_rng(0).normal(0, 0.02, (40, 17, 3))).astype(np.float32)
-    return Clip("03_01", "03", "asfamc", 30.0, poses)
-
-
-@pytest.fixture
-def take(clip):
-    return clean_takes([clip], "wide")[0]
+def take(clips):
+    return clean_takes(clips["test"], "wide")[0]
 
 
 def test_the_truth_has_no_error_and_a_known_error_is_measured(take):
     """Ten degrees about up: the heading is wrong, the tilt is not."""
-    figures = summary(judge(Fixed(take.R, np.zeros(40)), [take]))
+    figures = summary(judge(Fixed(take.R, np.zeros(60)), [take]))
     for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "frobenius"):
         assert figures[name].p95 < 1e-3, name
-    assert (figures["frames"], figures["no answer"]) == (40, 0)
+    assert (figures["frames"], figures["no answer"]) == (60, 0)
     wrong = take.R @ Rotation.from_rotvec([0, 0, np.radians(10)]).as_matrix()
-    figures = summary(judge(Fixed(wrong, np.full(40, 10.0)), [take]))
+    figures = summary(judge(Fixed(wrong, np.full(60, 10.0)), [take]))
     assert figures["rotation"].mean == pytest.approx(10, abs=1e-3)
     assert figures["tilt"].mean == pytest.approx(0, abs=1e-3)
     chord = np.degrees(2 * np.sqrt(2) * np.sin(np.radians(5)))
@@ -55,7 +49,7 @@ def test_the_truth_has_no_error_and_a_known_error_is_measured(take):
 def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
     noisy = take.truth + np.random.default_rng(0).normal(0, 0.03, take.truth.shape)
     smaller, worse = (
-        summary(judge(Fixed(take.R, np.zeros(40)), [Take(joints, take.truth, take.R, take.lying)]))
+        summary(judge(Fixed(take.R, np.zeros(60)), [Take(joints, take.truth, take.R, take.lying)]))
         for joints in (0.5 * take.truth, noisy)
     )
     assert smaller["mpjpe"].p95 < 1e-3  # the scale is brought to the truth's
@@ -63,14 +57,15 @@ def test_what_lies_within_the_lift_is_told_from_the_rotation(take):
     assert 20 < worse["pa_mpjpe"].mean < worse["mpjpe"].mean < 70
 
 
-def test_the_tables_of_several_rectifiers(clip, monkeypatch, tmp_path):
+def test_the_tables_of_several_rectifiers(clips, monkeypatch, tmp_path):
+    (clip,) = clips["test"]
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
     monkeypatch.setattr(module, "lifted_takes", lambda asked, of: clean_takes([clip], "wide", asked.seed))
     asked = evaluation_sets.Configuration(rectifiers=(Geometric(),), seed=3, people="test")
     of = measured("rectifiers", asked, tmp_path)["rectifiers"]["geometric"]["rows"]
-    assert of["CMU test, clean, paper's views, upright"]["frames"] == 40
-    assert of["HDM05, clean, wide views, lying"]["frames"] == 40
+    assert of["CMU test, clean, paper's views, upright"]["frames"] == 60
+    assert of["HDM05, clean, wide views, lying"]["frames"] == 60
     assert of["HDM05, lifted, lying"]["frames"] == 0
     assert of["CMU test, clean, paper's views, upright"]["rotation"].mean < 12
-    assert of["CMU test, lifted, upright"]["frames"] == 40
+    assert of["CMU test, lifted, upright"]["frames"] == 60
