@@ -22,6 +22,7 @@ from .palette import as_hex
 
 # The left is dashed too, for print without colour; what has no side has the colour of the page's text.
 LEFT, RIGHT, MIDDLE, SOFT = as_hex(palette.LEFT), as_hex(palette.RIGHT), "currentColor", "#9aa3ad"
+_OF_SIDES = {"right": RIGHT, "left": LEFT}
 SLICES = 400  # of a long curve, about one a pixel
 
 _WIDTH, _HEIGHT = 398, 190  # of a chart, in CSS pixels; text does not scale down below 0.9 on a telephone
@@ -48,13 +49,12 @@ SIDES = "Orange: right. Blue, dashed: left."
 BAND = "The band is the ±: it holds the true value in nine of ten frames."
 
 
-def sides(left: np.ndarray, right: np.ndarray, **margins: np.ndarray | None) -> list[Curve]:
-    """Both sides (T,) of one quantity in the colours that every chart has for them. margins: left_margin, right_margin
-    (T,), by how much the band reaches to each side of the curve."""
-    return [
-        Curve("right", right, RIGHT, margins.get("right_margin")),
-        Curve("left", left, LEFT, margins.get("left_margin"), dashed=True),
-    ]
+def of_side(
+    side: str, values: np.ndarray, margin: np.ndarray | None = None, mark: float | None = None
+) -> Curve:
+    """A curve of values (T,) in the colour that every chart has for its side, "right" or "left"; of another name in the
+    middle's. margin, mark: as of Curve."""
+    return Curve(side, values, _OF_SIDES.get(side, MIDDLE), margin, side == "left", mark=mark)
 
 
 def over_time(

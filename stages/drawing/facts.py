@@ -1,4 +1,4 @@
-"""What several outputs need of a take: an angle's band, its up, a mean of what is known; and where its figures come
+"""What several outputs need of a take: an angle's band, a mean of what is known; and where its figures come
 from, as lines for the files whose format has room for them."""
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.measures import SD_90
-from ...pipeline.core.pose import Rectified, Step, package_version
+from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
 from ...pipeline.running.sentences import POSES_ARE, judgement
 from ...pipeline.signals.angles import sides_of
@@ -26,11 +26,6 @@ def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:
         for ending in ("deg", "sd_deg")
     )
     return (values, SD_90 * sds) if np.isfinite(values).any() else None
-
-
-def shared_up(rectified: Rectified) -> np.ndarray:
-    """(T, 3) the up that BODY and LEVEL share, in the source's axes."""
-    return np.broadcast_to(rectified.R_source_from_level[..., :, 2], rectified.up_votes.shape)
 
 
 def mean(values: np.ndarray) -> float:

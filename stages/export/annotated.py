@@ -19,7 +19,7 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
-from ..drawing.facts import angle_bands, shared_up
+from ..drawing.facts import angle_bands
 from ..drawing.image_lines import FIXED, WHITE, draw_bones, fixed, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
@@ -96,12 +96,9 @@ class _Page:
         self.views = _views(self.body, side, self.size[1] - below)
         # (T, 3) in CAMERA axes; NaN where the take is not levelled or the poses are not a camera's.
         rectified, frame = take.need("rectified"), take.need("poses").frame
-        levelled = frame.family == "camera" and rectified.level_ok
-        self.up = (
-            rotate(frame.basis.T, shared_up(rectified))
-            if levelled
-            else np.full((len(rectified.level), 3), np.nan)
-        )
+        self.up = np.full((len(self.body), 3), np.nan)
+        if frame.family == "camera" and rectified.level_ok:
+            self.up[:] = rotate(frame.basis.T, np.atleast_2d(rectified.R_source_from_level[..., 2]))
         # On those that the detector has not seen nothing rests.
         keypoints = take.keypoints
         self.keypoints = keypoints and keypoints.without(keypoints.confidence < LEAST_SCORE)

@@ -14,7 +14,7 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.running.sentences import spread
 from ...pipeline.signals.angles import ALL_ANGLES, ALL_OF_BOTH, MIDLINE, REASONS, of_both, sides_of
-from ..drawing.charts import BAND, SIDES, Curve, over_time, sides
+from ..drawing.charts import BAND, SIDES, of_side, over_time
 from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, figure, small, table
 
@@ -131,11 +131,8 @@ def angle_charts(take: Take) -> Markup:
             continue
         values, margins = (each.T for each in shown)
         bars |= bool(np.isfinite(margins).any())
-        curves = (
-            [Curve(name, values[0], margin=margins[0])]
-            if name in MIDLINE
-            else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
-        )
+        names = [name] if name in MIDLINE else ["right", "left"]
+        curves = [of_side(*curve) for curve in zip(names, values, margins, strict=True)]
         angle = ALL_ANGLES[sides_of(name)[0]]
         title = f"{label_of(name).capitalize()} (°)"
         about = f"{angle.definition[:1].upper()}{angle.definition[1:]}; positive: {angle.positive}."

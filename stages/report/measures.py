@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from ...pipeline.core.figures import FIGURES, GROUPS, OF_LENGTH, TOGETHER, UNITS, WITHHELD, label_of
 from ...pipeline.core.measures import SD_90, Measure, Measures, Moments, Remark
-from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
+from ..drawing.charts import Curve, of_side, over_time
 from ..drawing.page import Cell, Soft, Tile, charts, figure, heading, joined, small, table, tiles
 
 _ABOUT = "Click a figure to see what it is. SD: standard deviation. Grey: a difference within its ±."
@@ -18,7 +18,7 @@ _CYCLE = (
     "where stance ends and swing begins."
 )
 _MOST = 20  # repetitions; more are too long for a table
-_SIDES = {"right": RIGHT, "left": LEFT}
+_SIDES = ("right", "left")
 
 
 def happened(measures: Measures, metric: bool) -> Markup:
@@ -141,7 +141,7 @@ def _curves(group: Measures) -> Markup:
         margin = None if each.sd_deg is None else SD_90 * np.array(each.sd_deg, dtype=np.float64)
         mean = np.array(each.mean_deg, dtype=np.float64)
         toe_off = group.group(side).value("mean_stance") if walks and each.side else None
-        curve = Curve(side, mean, _SIDES.get(side, MIDDLE), margin, side == "left", mark=toe_off)
+        curve = of_side(side, mean, margin, toe_off)
         both = each.angle[2:] if each.side else each.angle
         drawn.setdefault(both, []).append((curve, f"{side}: n = {each.count}"))
     figures = []

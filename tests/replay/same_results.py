@@ -95,6 +95,7 @@ poses/skating: run --poses MHFORMER/output_3D/output_keypoints_3d.npz SKATER
 poses/roof: run --poses INPUTS/demo_man.npy BLAZEPOSE --keypoints INPUTS/demo_man.json --fps 30
 poses/sam3dbody: run --poses DATA/native/sam3dbody --fps 30 --person 1
 poses/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
+captured/truth: run --poses INPUTS/take30.bvh -O made_by=measured
 poses/geometric: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --set rectify.rectifier=geometric
 poses/written: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30 ALSO
 
@@ -108,7 +109,7 @@ compare/cameras: compare real/cam01 real/cam02 real/cam03 real/cam04 --align sta
 compare/truth: compare simulated/take00 --truth INPUTS/take00.npz
 compare/truth_trc: compare simulated/take10 --truth INPUTS/take10.trc
 compare/truth_c3d: compare simulated/take20 --truth INPUTS/take20.c3d
-compare/truth_bvh: compare captured/take30 --truth INPUTS/take30.bvh
+compare/truth_bvh: compare captured/truth captured/take30 --align correlate
 imu/wrist: compare strapped/measured WRIST
 imu/wrist_and_pelvis: compare strapped/lifted WRIST PELVIS
 
@@ -374,7 +375,7 @@ def _write_simulated(inputs: Path) -> dict[str, str]:
 
 
 def _write_captured(inputs: Path, name: str, world: np.ndarray) -> None:
-    """(T, 17, 3) metres, z up, at 30 frames a second, in the formats that `compare --truth` reads."""
+    """(T, 17, 3) metres, z up, at 30 frames a second, in the formats of motion capture."""
     from golden import worlds
     from pcnet3d.pipeline import H36M17
 

@@ -15,7 +15,7 @@ from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.load import adapters, recognises
-from ....pipeline.reading.settings import RunOptions, flag_of, is_repeatable
+from ....pipeline.reading.settings import RunOptions, is_repeatable
 from ....pipeline.running.recipe import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
@@ -97,16 +97,12 @@ def _column(name: str, where: str) -> str:
     column = name.strip().lstrip("-").replace("-", "_").removeprefix("read.")
     if "." in column or column in registry.registered("stages"):
         return column
-    column = column.lower()
-    columns_of_flags = {
-        flag_of(field).partition(".")[2] or flag_of(field).lstrip("-").replace("-", "_"): field
-        for field in _FIELDS
-    }
-    columns = {"name", *LABELS, *columns_of_flags}
+    column = "options" if column.lower() == "option" else column.lower()  # the only flag of another name
+    columns = ("name", *LABELS, *_FIELDS)
     if column not in columns:
         hint = did_you_mean(column, columns)
         raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
-    return columns_of_flags.get(column, column)
+    return column
 
 
 def _texts(row: Mapping[str, str], base: Path, where: str) -> Texts:

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from pcnet3d.stages.drawing.charts import SLICES, Curve, over_time, ranges, sides
+from pcnet3d.stages.drawing.charts import SLICES, Curve, of_side, over_time, ranges
 from pcnet3d.stages.drawing.page import Link, Number, table
 
 
@@ -99,7 +99,7 @@ def test_the_values_of_a_chart_are_in_its_table():
     x = np.arange(40) / 10
     right, left = np.linspace(0, 60, 40), np.full(40, np.nan)
     left[5] = 12.34
-    curves = sides(left, right, right_margin=np.full(40, 5.0))
+    curves = [of_side("right", right, np.full(40, 5.0)), of_side("left", left)]
     rows = re.findall(r"<tr><td>(.*?)<td>(.*?)<td>(.*?)(?=<tr>|</tbody>)", over_time(curves, x, "knee"))
     assert len(rows) == 40
     assert rows[5] == ("0.50", "7.7 ± 5.0", "12.3")
