@@ -17,7 +17,7 @@ from ..pipeline.core.layouts import COCO17, H36M17, IN_2D
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.arrays import Shape, arrays_in, peek, plain_array
-from ..pipeline.reading.tracks import REACH, steps
+from ..pipeline.reading.people import REACH, steps
 from .kit.people import COUNTS, People, in_pixels
 
 name = "array2d"

@@ -21,8 +21,7 @@ from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
-from ..pipeline.reading.choose import choose_detected
-from ..pipeline.reading.tracks import first_names, joined
+from ..pipeline.reading.people import choose_detected, first_names, joined
 from ..pipeline.signals.swaps import swaps_of_take
 
 

@@ -18,7 +18,7 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.reading.joint_order import likely_layout
-from ...pipeline.reading.tracks import REACH, Tracker, sighted, steps
+from ...pipeline.reading.people import REACH, Tracker, sighted, steps
 from .clock import Clock
 
 COUNTS = (*sorted({*map(len, IN_2D)}), *WHOLE_BODIES)

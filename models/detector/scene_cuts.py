@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...pipeline.files.detections import MOVES, Detections
-from ...pipeline.reading.tracks import LARGER, extent, steps
+from ...pipeline.reading.people import LARGER, extent, steps
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.visibility import LEAST_SCORE
 

@@ -14,7 +14,7 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import Video
 from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
-from ...pipeline.reading.tracks import MEMORY, Sighting, Tracker
+from ...pipeline.reading.people import MEMORY, Sighting, Tracker
 from ...pipeline.running.progress import Keeper, counted, interruptible
 from ...pipeline.signals.visibility import LEAST_SCORE
 from .protocols import Detector, Found

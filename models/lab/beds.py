@@ -35,8 +35,8 @@ from ...pipeline.core.take import CameraMotion, Take, Told, Video
 from ...pipeline.files.arrays import load_all, write_arrays
 from ...pipeline.files.atomic import refuse_unwritable
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.reading.choose import choose_person
 from ...pipeline.reading.load import read_video
+from ...pipeline.reading.people import choose_person
 from ...pipeline.reading.settings import OnDevice
 from ...pipeline.running.progress import each
 from ...pipeline.running.recipe import Recipe, load_recipe

@@ -17,9 +17,9 @@ from ..core.pose import PoseSequence
 from ..core.take import Take, Told
 from ..plugins import registry
 from ..reading.bounds import check_times, rate_doubts
-from ..reading.choose import choose_person
 from ..reading.findings import pose_findings, row_findings, swap_findings
 from ..reading.load import load, read_video
+from ..reading.people import choose_person
 from ..signals.altered import altered
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.swaps import Swap, as_frames, find_swaps

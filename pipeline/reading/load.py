@@ -28,9 +28,9 @@ from ..plugins.options import call, did_you_mean, option_types
 from ..plugins.protocols import Adapter
 from ..signals.checks import empty_rows, whole_rows
 from .bounds import check_size, check_times, timed
-from .choose import choose_person
 from .findings import guarded
 from .joint_order import check_order
+from .people import choose_person
 
 _WORDS = {  # what it is, and how a run is given it
     "poses": ("3D poses", "give them with --poses"),

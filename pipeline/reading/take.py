@@ -23,12 +23,11 @@ from ..signals.altered import alterations, altered, without_altered
 from ..signals.filters import nearest_row, rate
 from ..signals.swaps import swaps_of_take
 from .bounds import check_fps, check_times, image_size_doubts, rate_doubts
-from .choose import RANKS, choose_detected, choose_person, listed_people
 from .findings import UNNUMBERED, findings_of
 from .load import Source, load, read_video
+from .people import RANKS, choose_detected, choose_person, listed_people, rejoined
 from .settings import RunOptions
 from .together import together
-from .tracks import rejoined
 
 Rows = PoseSequence | None  # of one person, where there is a file of them
 

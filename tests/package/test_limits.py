@@ -35,11 +35,11 @@ OWN = {
         12: "of a header", 16: "of a text",
     },
     "norms.py": {"FINE": "codes"},
+    "people.py": {"_NEVER": "a cost beyond all others", "_RANGES": "of the values in OpenCV"},
     "reprojection.py": {"_ROUNDS": "until weights hardly change"},
     "swaps.py": {"_LOOKED_AT": "memory", "_MOST_RANGES": "that are named", 5: "rows of a step and of three behind it"},
     "testing.py": {"_GARBAGE": "made-up files"},
     "together.py": {"_FAR_SIZE": "a camera far away"},
-    "tracks.py": {"_NEVER": "a cost beyond all others", "_RANGES": "of the values in OpenCV"},
 }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from golden.detections import detected, scored
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.scene_cuts import Glance, exchanges, leaps
 from pcnet3d.models.detector.video import _told_apart, detect
-from pcnet3d.pipeline.reading.choose import choose_detected
+from pcnet3d.pipeline.reading.people import choose_detected
 
 
 @pytest.mark.parametrize("frames", [1, 3])

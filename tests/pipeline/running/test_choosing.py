@@ -16,7 +16,7 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequen
 from pcnet3d.pipeline.core.conversions import change_frame
 from pcnet3d.pipeline.core.frames import PC_CAMERA
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.reading.choose import choose_detected, choose_person
+from pcnet3d.pipeline.reading.people import choose_detected, choose_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 from pcnet3d.pipeline.reading.together import together
