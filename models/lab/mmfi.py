@@ -37,7 +37,7 @@ from .evaluation.evaluate import publish
 from .evaluation.rectifiers import Take, clean_takes, compare, judge, summary
 from .synthetic import CAMERA_FROM_SOURCE
 from .training.loop import Device, checked
-from .training.rectifier import Deployed, TrainConfig, train
+from .training.rectifier import Deployed, TrainConfig, step_s, train
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
 FPS = 10.0
@@ -68,6 +68,11 @@ def mmfi(
     source = config or Path(__file__).parent / "training" / "mmfi.toml"
     run = checked(load_toml(source, "a training config"), TrainConfig, str(source))
     splits = {name: split_of(clips, tested) for name, tested in PROTOCOLS.items()}
+    hours = len(splits) * run.schedule.steps * step_s(run, device, splits["S2"]["train"]) / 3600
+    print(
+        f"{len(splits)} trainings take about {hours:.2g} h, less what an earlier start has trained",
+        flush=True,
+    )
     rows: dict[str, dict[str, Any]] = {}
     for name, split in splits.items():
         print(f"{name}: {', '.join(f'{len(of)} clips {part}' for part, of in split.items())}")

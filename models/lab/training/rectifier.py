@@ -14,6 +14,7 @@ keeps there.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -691,6 +692,20 @@ def train(
     print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
     export(deployed, output / f"{config.name}.onnx", targets=config.targets, name=config.name)
     return deployed.cpu()
+
+
+def step_s(config: TrainConfig, device: Device, clips: Sequence[Clip]) -> float:
+    """Seconds that a step takes on these clips alone, by the second one of a network that is thrown away."""
+    on = device_of(device)
+    net, start = PCNet(config.net, config.bf16).to(on), 0.0
+    frames = TrainingFrames(clips, config.mixture, None, config.targets, on)
+    for step in (1, 2):
+        start = time.perf_counter()
+        batch = frames.batch(Draw(config.seed, step, on), config.batch)
+        loss = total(net, net(batch.joints, batch.valid), batch)
+        loss.backward()
+        loss.item()  # waits for the device
+    return time.perf_counter() - start
 
 
 def lifted_takes(config: TrainConfig, clips: Mapping[str, Sequence[Clip]]) -> dict[str, Lifted]:

@@ -91,7 +91,9 @@ def test_the_table(mmfi_tree, tmp_path, capsys, monkeypatch):
     (tmp_path / "tiny.toml").write_text(tiny(*small, text=text), encoding="utf-8")
     tree, out = mmfi_tree(PEOPLE, ("A01", "A13", "A14")), tmp_path / "out"
     module.mmfi(tree, out, config=tmp_path / "tiny.toml", device="cpu", threads=1)
-    assert (out / "mmfi.md").read_text() in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert said.index("2 trainings take about") < said.index("parameters")  # before it starts
+    assert (out / "mmfi.md").read_text() in said
     tested = json.loads((out / "mmfi.json").read_text())["rows"]
     assert list(tested) == ["S2", "S3"]
     for name, of in tested.items():
