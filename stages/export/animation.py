@@ -70,8 +70,7 @@ _ROTATIONS = "Zrotation Xrotation Yrotation"  # a joint turns about its z, then 
 _STUB = 0.25  # End Sites, which close every chain, are as long as this share of the bone before them
 _TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 _VERTICES, _INDICES = 34962, 34963  # what the bytes are for
-_SHORTEST = 1e-6  # what is shorter has no surface
-_ACROSS = 0.9  # of a unit vector along an axis, from which on that does not tell a surface's turn
+_SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
 # Of a bone's surface in its length, the bone along y; triangles are counter-clockwise from outside.
 _CORNERS = np.array(
     [(0, 0, 0), (0, 0.15, 0.07), (0.07, 0.15, 0), (0, 0.15, -0.07), (-0.07, 0.15, 0), (0, 1, 0)]
@@ -87,14 +86,15 @@ class Armature:
 
     skeleton: the T-pose, its joints named as in files; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint:
     (N, J, 3, 3). root: (N, 3) the pelvis, above the origin in the first frame; y = 0 is where the feet are lowest.
-    held: by joint, and of the pelvis path, in how many frames it is not known and keeps the last value before, or the
-    first of all. time_s: (N,) seconds of the take, evenly spaced at fps; frames without a pose at both ends are left
-    out.
+    rest_root: (3,) the pelvis of the T-pose that stands on y = 0. held: by joint, and of the pelvis path, in how many
+    frames it is not known and keeps the last value before, or the first of all. time_s: (N,) seconds of the take,
+    evenly spaced at fps; frames without a pose at both ends are left out.
     """
 
     skeleton: Skeleton
     R_parent_from_joint: np.ndarray
     root: np.ndarray
+    rest_root: np.ndarray
     held: Mapping[str, int]
     time_s: np.ndarray
     fps: float
@@ -146,16 +146,28 @@ def armature(take: Take, called: BoneNames = "joints") -> Armature:
         else:  # what turns nothing has nothing to be known
             local[:, i], known[:, i] = np.eye(3), True
     place = np.zeros((len(even.joints), 3)) if even.root is None else even.root
-    floor = (_soles(at, implied_stature(even.joints)) + place[:, 1])[kept]
+    stature = implied_stature(even.joints)
+    floor = (_soles(at, stature) + place[:, 1])[kept]
     height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0
     place_known = is_finite(place[kept])
     place = _held(place[kept], place_known, np.zeros(3))
     moved = np.array([place[0, 0], height, place[0, 2]])
+    at_rest = dict.fromkeys(at, np.full((1, 3), np.nan)) | dict(
+        zip(names, skeleton.rest[:, None], strict=True)
+    )
+    standing = -np.nan_to_num(_soles(at_rest, stature)[0])
     bones = tuple(_MIXAMO.get(name, name) for name in names) if called == "mixamo" else names
     unknown = [*(~known).sum(axis=0).tolist(), int((~place_known).sum())]
-    held = dict(zip((*bones, "the pelvis path"), unknown, strict=True))
-    skeleton = replace(skeleton, names=bones)
-    return Armature(skeleton, local, place - moved, held, even.time_s[kept], even.fps, even.unit)
+    return Armature(
+        replace(skeleton, names=bones),
+        local,
+        place - moved,
+        standing * _Y,
+        dict(zip((*bones, "the pelvis path"), unknown, strict=True)),
+        even.time_s[kept],
+        even.fps,
+        even.unit,
+    )
 
 
 def _skeleton(offsets: dict[str, np.ndarray]) -> Skeleton:
@@ -341,8 +353,8 @@ def _numbers(values: np.ndarray) -> str:
 
 
 def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Notice, ...]:
-    """An armature of one joint node for each joint, named so, at rest in the T-pose, where all have the scene's axes;
-    the animation turns them and moves the pelvis, in the take's unit of length from 0 s on. One mesh with the bones'
+    """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
+    animation turns them and moves the pelvis, in the take's unit of length from 0 s on. One mesh with the bones'
     surfaces is its skin.
     asset.extras holds the provenance. names: of joints or of Mixamo's bones.
 
@@ -350,11 +362,10 @@ def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Noti
     """
     animated = armature(take, names)
     frame = ANIMATION.with_(origin="below the first pelvis, where the feet are lowest", unit=animated.unit)
-    arrays, joints = _Arrays(), list(range(len(animated.skeleton.names)))
-    rest = animated.skeleton.rest + animated.root[0]
-    to_joint = np.tile(np.eye(4, dtype=np.float32), (len(rest), 1, 1))
-    to_joint[:, 3, :3] = -rest  # column by column, as glTF stores matrices
-    skin = {"name": "armature", "inverseBindMatrices": arrays.add(to_joint), "joints": joints, "skeleton": 0}
+    arrays, skeleton = _Arrays(), animated.skeleton
+    rest, R_scene_from_rest = skeleton.rest + animated.rest_root, _rest_axes(skeleton)
+    joints = list(range(len(rest)))
+    binds = arrays.add(_inverse_binds(rest, R_scene_from_rest))
     content = {
         "asset": {
             "version": "2.0",
@@ -364,13 +375,13 @@ def write_glb(take: Take, path: Path, names: BoneNames = "joints") -> tuple[Noti
         "scene": 0,
         "scenes": [{"name": take.name, "nodes": [len(joints), len(joints) + 1]}],
         "nodes": [
-            *_joint_nodes(animated),
+            *_joint_nodes(animated, R_scene_from_rest),
             {"name": "armature", "children": [0]},
             {"name": "body", "mesh": 0, "skin": 0},
         ],
-        "skins": [skin],
-        **_mesh(animated.skeleton, rest, arrays),
-        "animations": [{"name": take.name, **_animation(animated, arrays)}],
+        "skins": [{"name": "armature", "inverseBindMatrices": binds, "joints": joints, "skeleton": 0}],
+        **_mesh(skeleton, rest, arrays),
+        "animations": [{"name": take.name, **_animation(animated, R_scene_from_rest, arrays)}],
         "accessors": arrays.accessors,
         "bufferViews": arrays.views,
         "buffers": [{"byteLength": len(arrays.content)}],
@@ -413,17 +424,53 @@ class _Arrays:
         return len(self.accessors) - 1
 
 
-def _joint_nodes(animated: Armature) -> list[dict[str, Any]]:
+def _rest_axes(skeleton: Skeleton) -> np.ndarray:
+    """R_scene_from_rest (J, 3, 3) of the joints in the T-pose. Programs draw a joint's bone along its y axis: so that
+    is along the longest bone that begins there, at a limb's end as at the joint before it. Pelvis and thorax, on which
+    joints without a length hang, stay upright. Knees and elbows bend about their x axis."""
+    axes = [np.eye(3)]
+    for joint, parent in enumerate(skeleton.parents[1:], 1):
+        bones = [skeleton.offsets[i] for i, above in enumerate(skeleton.parents) if above == joint]
+        lengths = [float(np.linalg.norm(bone)) for bone in bones]
+        if not bones:
+            axes.append(axes[parent])
+        else:
+            axes.append(_turn_to(bones[int(np.argmax(lengths))]) if min(lengths) > _SHORTEST else np.eye(3))
+    return np.stack(axes)
+
+
+def _turn_to(bone: np.ndarray) -> np.ndarray:
+    """(3, 3) the smallest rotation of the y axis to the direction of `bone` (3,); downwards about the x axis."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, _ = np.eye(3)
+    axis = np.cross(y, unit(bone))
+    sine = np.linalg.norm(axis)
+    axis = axis / sine if sine > _SHORTEST else x
+    return Rotation.from_rotvec(np.arctan2(sine, unit(bone) @ y) * axis).as_matrix()
+
+
+def _joint_nodes(animated: Armature, R_scene_from_rest: np.ndarray) -> list[dict[str, Any]]:
     """A node for each joint, at rest."""
-    skeleton = animated.skeleton
-    offsets = [animated.root[0], *skeleton.offsets[1:]]
+    skeleton, root = animated.skeleton, animated.rest_root
+    above = R_scene_from_rest[np.maximum(skeleton.parents, 0)]
+    offsets = rotate(transpose(above), np.concatenate([root[None], skeleton.offsets[1:]])[:, None])[:, 0]
+    turns = _quaternions(transpose(above) @ R_scene_from_rest)
     nodes: list[dict[str, Any]] = [
-        {"name": name, "translation": offset.tolist()}
-        for name, offset in zip(skeleton.names, offsets, strict=True)
+        {"name": name, "translation": offset.tolist(), "rotation": turn.tolist()}
+        for name, offset, turn in zip(skeleton.names, offsets, turns, strict=True)
     ]
     for joint, parent in enumerate(skeleton.parents[1:], 1):
         nodes[parent].setdefault("children", []).append(joint)
     return nodes
+
+
+def _inverse_binds(rest: np.ndarray, R_scene_from_rest: np.ndarray) -> np.ndarray:
+    """(J, 4, 4) from the scene's axes to those of joints at rest (J, 3), column by column, as glTF stores matrices."""
+    columns = np.tile(np.eye(4, dtype=np.float32), (len(rest), 1, 1))
+    columns[:, :3, :3] = R_scene_from_rest  # the columns of its inverse
+    columns[:, 3, :3] = -rotate(transpose(R_scene_from_rest), rest[:, None])[:, 0]
+    return columns
 
 
 def _mesh(skeleton: Skeleton, rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:
@@ -453,26 +500,31 @@ def _mesh(skeleton: Skeleton, rest: np.ndarray, arrays: _Arrays) -> dict[str, An
     return {"meshes": [{"name": "body", "primitives": [primitive]}], "materials": [material]}
 
 
-def _turn_to(bone: np.ndarray) -> np.ndarray:
-    """(3, 3) a rotation of the y axis to the direction of `bone` (3,)."""
-    return _turned((_Y, _X), (bone, _X if abs(unit(bone)[0]) < _ACROSS else _Z))
-
-
-def _animation(animated: Armature, arrays: _Arrays) -> dict[str, Any]:
+def _animation(animated: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:
     """Channels and samplers."""
-    from scipy.spatial.transform import Rotation
-
+    parents = animated.skeleton.parents
     time = arrays.add((np.arange(len(animated.root)) / animated.fps).astype(np.float32))
     moving = [(0, "translation", arrays.add(animated.root.astype(np.float32)))]
-    for joint in sorted(set(animated.skeleton.parents[1:])):
-        turns = Rotation.from_matrix(animated.R_parent_from_joint[:, joint]).as_quat().astype(np.float32)
-        # Each on the same side as the one before, for programs go the straight way between them.
-        flips = np.cumprod(np.where((turns[1:] * turns[:-1]).sum(axis=1) < 0, -1, 1)).astype(np.float32)
-        turns[1:] *= flips[:, None]
-        moving.append((joint, "rotation", arrays.add(turns)))
+    for joint in sorted(set(parents[1:])):
+        above = R_scene_from_rest[max(parents[joint], 0)]
+        R = above.T @ animated.R_parent_from_joint[:, joint] @ R_scene_from_rest[joint]
+        moving.append((joint, "rotation", arrays.add(_continuous(_quaternions(R)))))
     return {
         "channels": [
             {"sampler": i, "target": {"node": node, "path": what}} for i, (node, what, _) in enumerate(moving)
         ],
         "samplers": [{"input": time, "output": values, "interpolation": "LINEAR"} for _, _, values in moving],
     }
+
+
+def _quaternions(R: np.ndarray) -> np.ndarray:
+    """(N, 4) x, y, z, w of R (N, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(R).as_quat().astype(np.float32)
+
+
+def _continuous(turns: np.ndarray) -> np.ndarray:
+    """Quaternions (N, 4) of the same rotations, each on the same side as the one before."""
+    flips = np.cumprod(np.where((turns[1:] * turns[:-1]).sum(axis=1) < 0, np.float32(-1), np.float32(1)))
+    return np.concatenate([turns[:1], turns[1:] * flips[:, None]])

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.adapters import bvh
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, InputError, Pipeline, Take
-from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
+from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, unit
 from pcnet3d.pipeline.files.skeletons import place
 from pcnet3d.pipeline.signals.checks import without_made_nose
 from pcnet3d.stages.export.animation import ANIMATION, armature, write_bvh, write_glb
@@ -46,11 +46,12 @@ else:
     bpy.ops.import_scene.gltf(filepath=sys.argv[1])
 (armature,) = (each for each in bpy.data.objects if each.type == "ARMATURE")
 bodies = [each for each in bpy.data.objects if each.type == "MESH" and each.parent == armature]
-scene = bpy.context.scene
+scene, bones = bpy.context.scene, armature.data.bones
 scene.frame_set(begins + int(float(sys.argv[2]) * scene.render.fps))
 print("found", json.dumps({
     "modifiers": [each.type for body in bodies for each in body.modifiers],
     "groups": [each.name for body in bodies for each in body.vertex_groups],
+    "rest": {each.name: [list(each.head_local), list(each.tail_local)] for each in bones},
     "posed": {each.name: list(armature.matrix_world @ each.head) for each in armature.pose.bones},
 }))
 """
@@ -231,7 +232,7 @@ def test_the_skin_goes_with_the_joints(walked, glb):
                 assert (off.max(axis=1) < 1.05 * bone).all()
 
 
-def test_at_rest_the_armature_is_in_the_t_pose_of_its_skin(walked, glb):
+def test_at_rest_the_armature_stands_in_the_t_pose_with_y_along_its_bones(walked, glb):
     found, arrays, _ = glb(walked(feet=True))
     places = placed(found, arrays, at_rest=True)
     (skin,) = found["skins"]
@@ -240,8 +241,27 @@ def test_at_rest_the_armature_is_in_the_t_pose_of_its_skin(walked, glb):
     for name, bind in zip(names, binds, strict=True):
         np.testing.assert_allclose(places[name][0] @ bind, np.eye(4), atol=1e-6, err_msg=name)
     at = {name: matrix[0, :3, 3] for name, matrix in places.items()}
+    y = {name: matrix[0, :3, 1] for name, matrix in places.items()}
+    for start, end in (
+        ("r_hip", "r_knee"), ("l_knee", "l_ankle"), ("l_clavicle", "l_shoulder"), ("r_shoulder", "r_elbow"),
+        ("lower_back", "spine"), ("neck", "nose"),
+    ):  # fmt: skip
+        np.testing.assert_allclose(y[start], unit(at[end] - at[start]), atol=1e-6)
+    np.testing.assert_allclose([y["pelvis"], y["thorax"]], [[0, 1, 0]] * 2, atol=1e-6)
     assert at["l_wrist"][0] > 0.6
     assert at["l_wrist"][1] == pytest.approx(at["l_shoulder"][1], abs=1e-6)
+    assert min(point[1] for point in at.values()) == pytest.approx(0, abs=1e-6)  # the soles
+    np.testing.assert_allclose(at["pelvis"][[0, 2]], 0, atol=1e-9)
+
+
+def test_knees_and_elbows_bend_about_their_bones_x_axis(walked, glb):
+    found, arrays, _ = glb(walked())
+    names = [node["name"] for node in found["nodes"]]
+    for joint in ("r_knee", "l_knee", "r_elbow", "l_elbow"):
+        turns = Rotation.from_quat(moved_by(found, arrays, names.index(joint), "rotation")).as_rotvec()
+        bent = np.linalg.norm(turns, axis=1) > np.radians(10)
+        assert bent.any()
+        assert (unit(turns[bent])[:, 0] > 0.99).all()  # and all four the same way
 
 
 def test_glb_keeps_to_the_format(walked, glb):
@@ -323,6 +343,9 @@ def test_another_program_finds_an_armature_that_moves(walked, tmp_path, program,
     if blender and write == write_glb:
         assert found["modifiers"] == ["ARMATURE"]
         assert set(found["groups"]) == set(bones)
+        for start, end in (("r_hip", "r_knee"), ("l_shoulder", "l_elbow")):
+            of = [bones[armature(take).skeleton.names.index(joint)] for joint in (start, end)]
+            np.testing.assert_allclose(found["rest"][of[0]][1], found["rest"][of[1]][0], atol=1e-3)
 
 
 def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
