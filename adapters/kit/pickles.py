@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import math
 import pickle
-import struct
+import re
+import reprlib
+import sys
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
@@ -20,15 +22,19 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError, naming, readable
 from ...pipeline.files.arrays import opened
-from ...pipeline.files.opened import first_bytes, unpacked
+from ...pipeline.files.opened import check_size, first_bytes, unpacked
 
 _ZLIB = b"\x78"
 _PEEK_BYTES = 1 << 16
-_NUMBERS = "biufSU"
+_TYPE = re.compile(r"[biufSUO]\d{1,10}")
+_MOST_AXES = 32
+_KEYS = (
+    str | bytes | int | float | np.generic | None
+)  # a tuple that names itself again and again is hashed for ever
 
 
 class _Named:
-    """A class of numpy's or joblib's that is only named."""
+    """A class of others that is only named."""
 
 
 def _array(*_: Any) -> np.ndarray:
@@ -37,16 +43,27 @@ def _array(*_: Any) -> np.ndarray:
 
 
 def _dtype(text: Any, *_: Any) -> np.dtype:
-    """The order of its bytes comes in a state after it."""
-    return np.dtype(str(text))
+    """The order of its bytes comes in a state after it. Other texts could make a type of millions of parts."""
+    if not isinstance(text, str) or not _TYPE.fullmatch(text):
+        raise InputError("wrong-content", f"expected arrays of numbers, got one of {reprlib.repr(text)}.")
+    return np.dtype(text)
 
 
-def _from_buffer(raw: Any, dtype: np.dtype, shape: tuple[int, ...], order: str, *_: Any) -> np.ndarray:
-    """(...,), which nothing in the file can write into. Of bytes alone: of an array of objects the bytes are where in
-    memory these are."""
-    if not isinstance(raw, bytes | bytearray):
-        raise ValueError("an array is made of something else than bytes")
-    return np.frombuffer(bytes(raw), dtype).reshape(shape, order=order)  # type: ignore[call-overload]
+def _from_buffer(raw: Any, dtype: Any, shape: Any, order: Any, *_: Any) -> np.ndarray:
+    """(...,), which nothing in the file can write into."""
+    _check(shape, dtype, raw)
+    return np.frombuffer(raw, dtype).reshape(shape, order=order)
+
+
+def _check(shape: Any, dtype: Any, held: Any) -> None:
+    """ValueError unless these are the bytes, or the objects, of an array of that shape and type. numpy does not look:
+    it would take the bytes for where in memory objects are, or write all of a shape that names itself into an error."""
+    if isinstance(dtype, np.dtype) and type(shape) is tuple and len(shape) <= _MOST_AXES:
+        kind, size = (list, 1) if dtype.kind == "O" else (bytes, max(dtype.itemsize, 1))
+        lengths = all(type(length) is int and length >= 0 for length in shape)
+        if type(held) is kind and lengths and math.prod(shape) * size == len(held):
+            return
+    raise ValueError("an array has other values than its shape and type say")
 
 
 _NAMES = {
@@ -54,13 +71,13 @@ _NAMES = {
     ("numpy", "dtype"): _dtype,
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Named,
     ("_codecs", "encode"): lambda text, _: text.encode("latin1"),  # how old protocols write bytes
-    ("collections", "OrderedDict"): dict,
+    ("collections", "OrderedDict"): lambda: {},
     ("collections", "defaultdict"): lambda *_: {},
-    ("builtins", "dict"): dict,  # what defaultdict would make
+    ("builtins", "dict"): _Named,  # what defaultdict would make
 }
 for _core in ("core", "_core"):
     _NAMES[f"numpy.{_core}.multiarray", "_reconstruct"] = _array
-    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: _from_buffer(raw, dtype, (-1,), "C")[0]
+    _NAMES[f"numpy.{_core}.multiarray", "scalar"] = lambda dtype, raw: _from_buffer(raw, dtype, (), "C")[()]
     _NAMES[f"numpy.{_core}.numeric", "_frombuffer"] = _from_buffer
 
 
@@ -69,7 +86,7 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
 
     def __init__(self, content: bytes) -> None:
         self.stream = BytesIO(content)
-        self.size = len(content)
+        self.size, self.made = len(content), 0  # bytes
         super().__init__(self.stream)
 
     def find_class(self, module: str, name: str) -> Any:
@@ -89,13 +106,18 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
         made = self.stack[-1]  # type: ignore[attr-defined]
         if isinstance(made, np.ndarray) and isinstance(state, tuple):
             _fill(made, *state[1:])
-        elif isinstance(made, np.dtype) and isinstance(state, tuple) and state[1] in ("<", "|", "="):
-            pass
+        elif isinstance(made, np.dtype) and isinstance(state, tuple):
+            if state[1] not in ("<", "|", "="):
+                raise InputError(
+                    "wrong-content",
+                    "expected numbers whose lowest byte comes first, got others; save them as a plain float array.",
+                )
         elif isinstance(made, _Named) and isinstance(state, dict):
             self.stack[-1] = self._following(state)  # type: ignore[attr-defined]
         else:  # a state could change our own classes and functions
             raise InputError(
-                "unsafe", f"expected arrays and plain containers, got a pickle that changes {made!r:.60}."
+                "unsafe",
+                f"expected arrays and plain containers, got a pickle that changes a {type(made).__name__}.",
             )
 
     def _following(self, state: dict[str, Any]) -> np.ndarray:
@@ -107,22 +129,52 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
 
     dispatch[pickle.BUILD[0]] = load_build
 
-    def load_bytearray8(self) -> None:
-        """Python's own takes the memory before it reads."""
-        (size,) = struct.unpack("<Q", self.read(8))  # type: ignore[attr-defined]
-        if size > self.size:
-            raise EOFError("it was cut short")
-        self.append(bytearray(self.read(size)))  # type: ignore[attr-defined]
+    # Python's own takes the memory before it reads, and what can be changed cannot be shared.
+    dispatch[pickle.BYTEARRAY8[0]] = pickle._Unpickler.load_binbytes8  # type: ignore[attr-defined]
 
-    dispatch[pickle.BYTEARRAY8[0]] = load_bytearray8
+    def load_setitem(self) -> None:
+        value, key = self.stack.pop(), self.stack.pop()  # type: ignore[attr-defined]
+        self._put([key, value])
+
+    def load_setitems(self) -> None:
+        self._put(self.pop_mark())  # type: ignore[attr-defined]
+
+    def load_dict(self) -> None:
+        items = self.pop_mark()  # type: ignore[attr-defined]
+        self.append({})  # type: ignore[attr-defined]
+        self._put(items)
+
+    def _put(self, items: list[Any]) -> None:
+        """Keys and values, by turns, into a dict and into nothing else: an array would make arrays of its keys."""
+        made = self.stack[-1]  # type: ignore[attr-defined]
+        if type(made) is not dict:
+            raise InputError(
+                "unsafe",
+                f"expected arrays and plain containers, got a pickle that changes a {type(made).__name__}.",
+            )
+        for key, value in zip(items[::2], items[1::2], strict=True):
+            if not isinstance(key, _KEYS):
+                raise InputError(
+                    "wrong-content", f"expected texts and numbers as keys, got a {type(key).__name__}."
+                )
+            made[key] = value
+
+    dispatch[pickle.SETITEM[0]] = load_setitem
+    dispatch[pickle.SETITEMS[0]] = load_setitems
+    dispatch[pickle.DICT[0]] = load_dict
+
+    def load_set(self) -> None:
+        raise InputError("wrong-content", "expected arrays and plain containers, got a set.")
+
+    dispatch[pickle.EMPTY_SET[0]] = dispatch[pickle.FROZENSET[0]] = load_set
 
 
-def _fill(array: np.ndarray, shape: tuple[int, ...], dtype: np.dtype, fortran: bool, raw: Any) -> None:
-    """Puts values into an array; numpy's own instruction does not look at what fits."""
-    kept = isinstance(raw, list) if dtype.kind == "O" else isinstance(raw, bytes) and dtype.kind in _NUMBERS
-    size = len(raw) if dtype.kind == "O" else len(raw) / max(dtype.itemsize, 1)
-    if not kept or min(shape, default=0) < 0 or math.prod(shape) != size:
-        raise ValueError(f"an array of shape {shape} of {dtype} has other values")
+def _fill(array: np.ndarray, shape: Any, dtype: Any, fortran: Any, raw: Any) -> None:
+    """Puts values into an array that has none: of values put in before, numpy could free numbers as if they were
+    objects."""
+    _check(shape, dtype, raw)
+    if not array.flags.writeable:
+        raise ValueError("an array is given values twice")
     array.__setstate__((1, shape, dtype, bool(fortran), raw))  # type: ignore[arg-type]
     array.flags.writeable = False
 
@@ -140,6 +192,22 @@ def _bounded(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
 
 for _code in (pickle.INT, pickle.LONG, pickle.LONG1, pickle.LONG4):
     _Reader.dispatch[_code[0]] = _bounded(_Reader.dispatch[_code[0]])
+
+
+def _counted(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
+    """The same instruction, with what it makes counted: a short pickle could have what is long copied again and
+    again."""
+
+    def counted(reader: _Reader) -> None:
+        load(reader)
+        reader.made += sys.getsizeof(reader.stack[-1])  # type: ignore[attr-defined]
+        check_size(reader.made, reader.size, "a pickle")
+
+    return counted
+
+
+for _code in (pickle.REDUCE, pickle.BUILD, pickle.NEWOBJ, pickle.NEWOBJ_EX, pickle.OBJ, pickle.INST):
+    _Reader.dispatch[_code[0]] = _counted(_Reader.dispatch[_code[0]])
 
 
 def beginning(path: Path) -> bytes:
@@ -201,7 +269,5 @@ def _plain(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
         raise InputError(
             "wrong-content", f"expected arrays and plain containers, got a {type(value).__name__}."
         )
-    elif isinstance(value, np.ndarray | np.generic) and value.dtype.kind not in _NUMBERS:
-        raise InputError("wrong-content", f"expected arrays of numbers, got one of {value.dtype}.")
     done[id(value)] = value, made
     return made

@@ -408,6 +408,82 @@ ARRAYS = {
 }
 
 
+def twice_in_tuples(depth: int) -> bytes:
+    """As `twice`, in tuples, and what is on the stack beside it is kept."""
+    return b")" + b"2\x86" * depth
+
+
+def filled_twice(shape: bytes, dtype: bytes, raw: bytes) -> bytes:
+    """An array of four numbers that then gets another state: its numbers would be freed as if they were objects."""
+    kind = DTYPE + b"\x8c" + bytes([len(dtype)]) + dtype + b"K\x00K\x01\x87R"
+    return (
+        array(b"K\x04\x85", raw=b"C\x20" + b"A" * 32)[:-1] + b"(K\x01" + shape + kind + b"\x89" + raw + b"tb."
+    )
+
+
+def again(each: bytes, count: int = 20_000) -> bytes:
+    return HEAD + b"X" + struct.pack("<I", 100_000) + b"x" * 100_000 + b"\x940(" + each * count + b"t" + STOP
+
+
+SMALL = DTYPE + b"\x8c\x02f8K\x00K\x01\x87R"
+REPEATED = {  # what is short and asks for much
+    "an array filled twice": filled_twice(b"G" + struct.pack(">d", 1.0) + b"\x85", b"O8", b"]Na"),
+    "an array filled twice, of many axes": filled_twice(b"(" + b"K\x01" * 65 + b"t", b"O8", b"]Na"),
+    "an array filled twice, with as much": filled_twice(b"K\x04\x85", b"O8", b"](NNNNe"),
+    "a shape of fractions": array(b"G" + struct.pack(">d", 1.0) + b"\x85", raw=b"C\x08abcdefgh"),
+    "a place in an array in itself": HEAD + ARRAY + b")R" + twice_in_tuples(40) + b"K\x01s" + STOP,
+    "a value put into an array of nothing": HEAD + ARRAY + b")RK\x00K\x01s" + STOP,
+    "values put into a list": HEAD + b"]Na(K\x00K\x01u" + STOP,
+    "a shape in itself": array(twice_in_tuples(40), raw=b"]"),
+    "a buffer's shape in itself": HEAD
+    + FROM_BUFFER
+    + b"(C\x08abcdefgh"
+    + SMALL
+    + twice_in_tuples(40)
+    + b"\x8c\x01CtR.",
+    "a type in itself": HEAD + DTYPE + twice_in_tuples(40) + b"\x85R" + STOP,
+    "a buffer's type in itself": HEAD
+    + FROM_BUFFER
+    + b"(C\x01a"
+    + twice_in_tuples(40)
+    + b"K\x01\x85\x8c\x01CtR.",
+    "a type of many parts": HEAD
+    + DTYPE
+    + b"X"
+    + struct.pack("<I", 300_000)
+    + b"f8," * 100_000
+    + b"\x85R"
+    + STOP,
+    "a list in itself that is changed": HEAD + twice(40) + b"}b" + STOP,
+    "a key in itself": HEAD + b"}" + twice_in_tuples(40) + b"Ns" + STOP,
+    "a key in itself, of a dict of old": HEAD + b"(" + twice_in_tuples(40) + b"Nd" + STOP,
+    "a set of itself": b"\x80\x04\x8f(" + twice_in_tuples(40) + b"\x90" + STOP,
+    "a set of itself at once": b"\x80\x04(" + twice_in_tuples(40) + b"\x91" + STOP,
+    "a text as bytes again and again": again(named("_codecs", "encode") + b"h\x00\x8c\x06latin1\x86R"),
+    "a text as an object again and again": again(b"(" + named("_codecs", "encode") + b"h\x00\x8c\x06latin1o"),
+    "objects again and again": HEAD
+    + b"]("
+    + b"N" * 100_000
+    + b"e\x940("
+    + array(struct.pack("<cI", b"J", 100_000) + b"\x85", b"O8", b"h\x00")[2:-1] * 1000
+    + b"t"
+    + STOP,
+}
+
+
+def test_big_endian_numbers_are_refused_by_name():
+    with pytest.raises(InputError, match="lowest byte") as caught:
+        loads(pickle.dumps(np.zeros(3, ">f8")), "x.pkl")
+    assert caught.value.code == "wrong-content"
+
+
+@pytest.mark.parametrize("kind", ["datetime64[s]", "f4,f4", complex])
+def test_arrays_of_no_numbers_are_not_called_damaged(kind):
+    with pytest.raises(InputError, match="arrays of numbers") as caught:
+        loads(pickle.dumps({"a": np.zeros(3, dtype=kind)}), "x.pkl")
+    assert caught.value.code == "wrong-content"
+
+
 def test_claims_that_nothing_is_taken_for_are_harmless():
     assert loads(HEAD + b"\x95" + number(1 << 40) + b"N" + STOP, "x.pkl") is None  # a frame of a terabyte
     assert loads(array(HUGE + b"K\x00\x86", b"O8", b"]"), "x.pkl") == []  # no objects in a huge shape
@@ -426,7 +502,9 @@ def lap() -> float:
     return lap_s()
 
 
-@pytest.mark.parametrize("content", (BROKEN | ARRAYS).values(), ids=(BROKEN | ARRAYS).keys())
+@pytest.mark.parametrize(
+    "content", (BROKEN | ARRAYS | REPEATED).values(), ids=(BROKEN | ARRAYS | REPEATED).keys()
+)
 def test_tricks_are_refused_at_once_and_in_little_memory(content, lap):
     tracemalloc.start()
     start = time.process_time()
