@@ -189,8 +189,9 @@ class Moments:
                 return name, self._numbered(values)
         for name in of_kind("unnamed", columns):
             numbers = _numbers(columns[name])
-            increasing = numbers is not None and (numbers % 1 == 0).all() and (np.diff(numbers) > 0).all()
-            if numbers is not None and increasing and not _counts_rows(numbers):
+            if numbers is None or len(numbers) < 2 or _counts_rows(numbers):
+                continue
+            if (numbers % 1 == 0).all() and 0 < np.diff(numbers).min() < _MILLISECONDS:
                 return name, numbers.astype(np.int64)
         return None, None
 
@@ -291,7 +292,7 @@ def _number(value: Any) -> float | None:
     """A number, or the seconds of a date and its time; None for anything else."""
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         return None
-    for parse in (float, lambda text: datetime.fromisoformat(text.strip()).timestamp()):
+    for parse in (float, lambda value: datetime.fromisoformat(str(value).strip()).timestamp()):
         try:
             return parse(value)
         except (ValueError, OverflowError):

@@ -13,6 +13,7 @@ import json
 import re
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ from ...pipeline.files.opened import first_bytes, whole_text
 from .clock import Moments, frame_number, kind_of, of_kind, plain, stem
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
+# Of characters beyond 16 bits, or of names of files that are no text: alone they are none, which pydantic refuses.
+_HALVES = re.compile(r"(?<!\\)\\u[dD][89a-fA-F]..")
 _PEOPLE = (
     "instances",
     "detections",
@@ -64,7 +67,7 @@ def beginning(path: Path) -> Any:
     try:
         if lines := _lines(start):
             return [*map(json.loads, lines)]
-        text = start.decode("utf-8-sig", errors="ignore")
+        text = _HALVES.sub("?", start.decode("utf-8-sig", errors="ignore"))
         if text.lstrip()[:1] not in ("[", "{"):
             return None
         try:
@@ -289,8 +292,8 @@ def frame_files(path: Path) -> list[Path]:
 
 
 def numbered_files(path: Path, files: Sequence[Path], what: str) -> list[tuple[int, Path]]:
-    """Number and file of each frame in a folder, in order. what: in words. InputError without any file, for one without
-    a number in its name, and for those of several videos."""
+    """Number and file of each frame in a folder, in order: the last number in a name counts, before what all names end
+    with. what: in words. InputError without any file, for one without a number, and for those of several videos."""
     if not files:
         raise InputError(
             "format-unknown",
@@ -298,6 +301,10 @@ def numbered_files(path: Path, files: Sequence[Path], what: str) -> list[tuple[i
             "found none there.",
         )
     names = [stem(file.name).removesuffix("_keypoints") for file in files]
+    if len(names) > 1:
+        alike = takewhile(lambda marks: len({*marks}) == 1, zip(*map(reversed, names), strict=False))
+        ending = "".join(mark for mark, *_ in alike)[::-1].lstrip("0123456789")
+        names = [name.removesuffix(ending) for name in names]
     frames = sorted((frame_number(name, str(file)), file) for name, file in zip(names, files, strict=True))
     videos = sorted({_LAST_NUMBER.sub("*", name) for name in names})
     if len(videos) > 1 or len({number for number, _ in frames}) < len(frames):

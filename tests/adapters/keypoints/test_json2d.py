@@ -10,6 +10,7 @@ from golden.catalogue import recognised
 from golden.detections import AS_COCO, WRITERS, between_shoulders
 from golden.detections import openpose as write_openpose
 from pcnet3d.adapters import json2d, mmpose3d, read, read_all
+from pcnet3d.adapters.kit.json import beginning
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.conversions import remap
 from pcnet3d.pipeline.core.layouts import BODY_25B, COCO17, OPENPOSE18
@@ -36,16 +37,38 @@ def test_frames_are_sorted_by_number_and_may_be_empty(write, moving):
     np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["cam01.{:04d}.json", "{}.json", "cam 2 b{:03d}_keypoints.json"])
+@pytest.mark.parametrize(
+    "name", ["cam01.{:04d}.json", "{}.json", "cam 2 b{:03d}_keypoints.json", "walk_{}0_cam2.json"]
+)
 def test_other_names(write, moving, name):
-    """Pose2Sim's and others'; the last number is the frame."""
+    """Pose2Sim's and others'; the last number that is not the same in all is the frame."""
     folder = write("openpose", {"0": moving(25)})
     for i, file in enumerate(sorted(folder.iterdir())):
         file.rename(folder / name.format(i))
     (folder / "notes.json").write_text("{}")
     poses = read(folder)
     assert poses.history[0].options["adapter"] == "json2d"
-    np.testing.assert_array_equal(poses.frame_index, np.arange(12))
+    np.testing.assert_array_equal(poses.frame_index, np.arange(12) * (10 if "{}0" in name else 1))
+
+
+@pytest.mark.parametrize("name", ["caf\udce9", "\U0001f600", "C:\\data\\a", '"\\"'])
+def test_images_of_any_name_are_recognised(tmp_path, name):
+    """Names that are no text come as halves of characters."""
+    path = tmp_path / "results.json"
+    path.write_text(json.dumps([{"image_id": name, "keypoints": [1.0]}] * 3000))
+    assert len(beginning(path)) > 100
+
+
+@pytest.mark.parametrize("field", ["frame", "time"])
+def test_numbers_of_hundreds_of_digits_are_no_clock(tmp_path, walk, field):
+    path = tmp_path / "a.json"
+    entries = [{field: 10**400 + i, "keypoints": person.ravel().tolist()} for i, person in enumerate(walk)]
+    path.write_text(json.dumps(entries))
+    if field == "frame":
+        with refused("wrong-content", "'frame'"):
+            read(path)
+    else:
+        assert "clock-not-used" in [each.code for each in read(path, layout="H36M17").notices]
 
 
 def test_body_25b_is_known_by_its_limbs(tmp_path):
