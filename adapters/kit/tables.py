@@ -35,6 +35,7 @@ _LABEL = re.compile(
 )
 _STACKED = ("scorer", "individuals", "bodyparts", "coords")  # what lines of DeepLabCut's header begin with
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "none", "null", "nil", "-"}
+_DIGITS = {*"+-,0123456789"}  # that a number begins with
 _PEEK_BYTES = 1 << 16
 
 
@@ -174,7 +175,9 @@ def _rows(path: Path, what: str, delimiter: str, header_lines: int) -> Iterator[
     with opened_text(path, what) as file:
         try:
             for line, row in enumerate(csv.reader(file, delimiter=delimiter, skipinitialspace=True), 1):
-                cells = [cell.strip() if delimiter == "," else cell.strip().replace(",", ".") for cell in row]
+                cells = [cell.strip() for cell in row]
+                if delimiter != ",":
+                    cells = [cell.replace(",", ".") if cell[:1] in _DIGITS else cell for cell in cells]
                 if line > header_lines and any(cells):
                     yield f"{path}, line {line}", cells
         except csv.Error:

@@ -92,6 +92,7 @@ def test_a_column_that_only_counts_the_rows_says_nothing(table, name):
         ("tick", lambda i: 7 * i),
         ("my_frame_counter", lambda i: i),
         ("time", lambda i: 7 * i),
+        ("Unnamed: 0", lambda i: round(1000 * i / 30)),
         ("clock", lambda i: f"00:00:{i / 30:06.3f}"),
     ],
 )
@@ -181,6 +182,15 @@ def test_people_by_columns_of_any_name(tmp_path):
         rows = [[i, who, *(WORLD[i] + 0).ravel()] for i in range(20) for who in ("a", "b")]
         people = read_all(landmarks.write_csv(tmp_path / "a.csv", header, rows))
         assert [poses.person for poses in people] == ["a", "b"]
+
+
+def test_a_comma_in_a_name_stays_where_numbers_have_decimal_commas(tmp_path):
+    rows = [[i, "Ann, Bo", *(f"{number:.4f}".replace(".", ",") for number in WORLD[i].ravel())] for i in KEPT]
+    lines = [";".join(map(str, row)) for row in [["frame", "person", *AXES], *rows]]
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    (poses,) = read_all(tmp_path / "a.csv")
+    assert poses.person == "Ann, Bo"
+    assert poses.frame_index.tolist() == KEPT
 
 
 def test_a_number_of_each_row_is_nobodys_name(tmp_path):
