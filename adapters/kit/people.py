@@ -26,6 +26,7 @@ _FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
 _SURE = 0.5  # of a joint's usual score
+_PIECE = 10_000  # frames whose steps are looked at together
 _BY_POSE = "nearest pose"
 
 
@@ -176,7 +177,9 @@ class People:
         if np.unique(moments, return_counts=True)[1].max() > _MOST_IN_FRAME:
             raise self._crowded(f"{_MOST_IN_FRAME} people in a frame")
         frames = moments if clock is None else clock.index[moments]
-        visible = np.flatnonzero(is_finite(shown).any(axis=1))
+        visible = np.arange(len(frames))  # in 3D a row without a pose is a gap, and counted
+        if frame is IMAGE:
+            visible = np.flatnonzero(is_finite(shown).any(axis=1))
         several = not self._rows_of and len(np.unique(frames[visible])) < len(visible)
         linked = several or (not self._rows_of and frame is IMAGE)
         rows_of: Mapping[str, Any] = self._rows_of or {"0": visible}
@@ -291,7 +294,8 @@ def leap(frames: np.ndarray, points: np.ndarray, confidence: np.ndarray) -> list
     sure = score.sum(axis=1) >= _SURE * (np.isfinite(confidence) @ np.median(score, axis=0))
     frames, points = frames[sure], points[sure]
     unseen = np.diff(frames) - 1
-    far = steps(points)
+    starts = range(0, max(len(frames) - 1, 1), _PIECE)  # hours of video at once would double the memory
+    far = np.concatenate([steps(points[start : start + _PIECE + 1]) for start in starts])
     far = np.where(far < REACH + _WANDER * unseen, 0, far)
     if not far.any():
         return []

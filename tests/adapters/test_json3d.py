@@ -89,6 +89,19 @@ def test_a_joint_that_was_not_found_is_missing(tmp_path):
     assert np.argwhere(missing).tolist() == [[7, H36M17.index("l_wrist")]]
 
 
+def test_a_row_without_a_pose_is_a_gap_and_counted(tmp_path):
+    path = azure_kinect(tmp_path, [turning(FRAMES)])
+    content = json.loads(path.read_text(encoding="utf-8"))
+    for frame in content["frames"]:
+        del frame["bodies"][0]["body_id"]
+    body = content["frames"][9]["bodies"][0]
+    body["joint_positions"] = [[None] * 3 for _ in body["joint_positions"]]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    poses = read(path)
+    assert len(poses) == FRAMES
+    assert "frames-as-gaps" in [each.code for each in poses.notices]
+
+
 def test_axes_and_unit_that_are_told_and_numbers_of_joints_that_nobody_has(tmp_path):
     path = azure_kinect(tmp_path, [turning(FRAMES)])
     assert read(path, unit="cm").joints[0, 5, 1] == pytest.approx(10 * read(path).joints[0, 5, 1])
