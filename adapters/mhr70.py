@@ -88,7 +88,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             focal_px.append(_array(person, "focal_length", (-1,), where)[0])
             box = _array(person, "bbox", (4,), where)
             sightings.add(number, keypoints + np.nan_to_num(translation), box=box)
-    if any(placed) != all(placed):
+    if any(placed) and not all(placed):
         raise InputError(
             "wrong-content",
             f"{path}: expected a translation (pred_cam_t, cam_trans) beside the keypoints of everybody or of nobody, "
@@ -153,7 +153,12 @@ def _frames(path: Path) -> tuple[bool, Iterable[tuple[int, Any]]]:
     """Whether the video frames are known, and number and people, in lists and dicts as the file holds them, of each."""
     if path.is_dir():
         return True, _of_folder(path)
-    if _is_table(path):
+    if (header := header_of(path)) is not None:
+        if not _is_table(path):
+            raise InputError(
+                "wrong-content",
+                f"{path}: expected the 70 keypoints of MHR, got {', '.join(sorted(header.points)[:8])}.",
+            )
         table = read_points(path, "SAM3DBody-cpp's table")
         points = table.values[:, [table.names.index(name) for name in _NAMES], :3]
         points[(points == 0).all(axis=-1)] = np.nan
@@ -201,9 +206,9 @@ def _of_archive(path: Path) -> Any:
     """What an .npz holds: the lists and dicts of its Python objects, or its arrays by name."""
     if key := _object_key(path):
         return load_objects(path, key)
-    held = keys(path)
-    wanted = (*_KEYPOINTS, *_KEYPOINTS.values(), "focal_length", "bbox", *_NUMBERS)
-    return {name: load(path, key=name) for name in dict.fromkeys(wanted) if name in held}
+    key = _key(keys(path)) or ""
+    wanted = (key, _KEYPOINTS.get(key), "focal_length", "bbox", *_NUMBERS)
+    return {name: load(path, key=name) for name in keys(path) if name in wanted}
 
 
 def _of_one_frame(held: Any, where: str) -> Iterator[Mapping[str, Any]]:

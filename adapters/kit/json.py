@@ -142,7 +142,7 @@ def _by_names_of_images(content: Mapping[str, Any], where: str) -> list[dict[str
         str(field(image, "id", f"{where}, image {i}")): str(field(image, "file_name", f"{where}, image {i}"))
         for i, image in enumerate(images)
     }
-    named = []
+    named, numbered = [], dict[str, str]()
     for i, entry in enumerate(annotations):
         image = str(field(entry, "image_id", f"{where}, annotation {i}"))
         if image not in names:
@@ -150,14 +150,15 @@ def _by_names_of_images(content: Mapping[str, Any], where: str) -> list[dict[str
                 "wrong-content",
                 f"{where}, annotation {i}: expected an image that the file lists, got {image!r:.60}.",
             )
-        if "keypoints" in entry:
-            named.append(entry | {"image_id": names[image]})
-    if len(set(names.values())) < len(names):
-        raise InputError(
-            "files-apart",
-            f"{where}: expected the images of one video, each with a name of its own, got two of one name; keep each "
-            "video's keypoints in a file of their own.",
-        )
+        if "keypoints" not in entry:
+            continue
+        if numbered.setdefault(names[image], image) != image:
+            raise InputError(
+                "files-apart",
+                f"{where}: expected the images of one video, each with a name of its own, got {names[image]} twice; "
+                "keep each video's keypoints in a file of their own.",
+            )
+        named.append(entry | {"image_id": names[image]})
     return named
 
 

@@ -113,7 +113,9 @@ def read_points(path: Path, what: str, only: Mapping[str, tuple[str, ...]] | Non
     """
     header, moments = header_of(path), Moments(str(path))
     if header is None:
-        raise InputError("wrong-content", f"Expected {what} in {path}, got no table with columns of points.")
+        raise InputError(
+            "wrong-content", f"Expected {what} in {path}, got no table whose first line names points."
+        )
     wanted = {header.names.index(name): cells for name, cells in (only or {}).items() if name in header.names}
     at, data, label_of = array("q"), array("f"), array("q")  # of each row
     people: list[str | None] = []

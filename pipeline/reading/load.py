@@ -55,6 +55,8 @@ _KINDS = {  # by how files begin, some behind their length
     b"<?xml": "XML; of Xsens MVN (.mvnx) export BVH or C3D",
     b"Format Version,": "a CSV of Motive; export BVH, C3D or TRC",
     b"NO_OF_FRAMES": "a table of Qualisys; export C3D",
+    b"\xff\xfe": "text in UTF-16; save it as UTF-8",
+    b"\xfe\xff": "text in UTF-16; save it as UTF-8",
     b"\x89HDF": "an HDF5 file; give DeepLabCut's CSV (save_as_csv=True), or save the joints as .npy (h5py)",
 }
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named

@@ -327,6 +327,15 @@ def test_what_is_not_theirs(tmp_path):
     (tmp_path / "x.json").write_text('[[{"pred_keypoints_3d": [[1, 2], 3]}]]')
     with pytest.raises(InputError, match="equal length"):
         read(tmp_path / "x.json", "mhr70")
+    (tmp_path / "x.csv").write_text("frame,nose_x,nose_y,nose_z\n0,1,2,3\n")
+    with refused("wrong-content", "70 keypoints of MHR", "nose"):
+        read(tmp_path / "x.csv", "mhr70")
+    (tmp_path / "none").mkdir()
+    with refused("nothing-usable"):
+        read(tmp_path / "none", "mhr70")
+    np.savez(tmp_path / "y.npz", pred_keypoints_3d=np.zeros((9, count, 3)), joints_3d=np.array([{}], object))
+    with refused("nothing-usable"):
+        read(tmp_path / "y.npz", "mhr70")
 
 
 def test_nothing_of_a_strangers_is_run(tmp_path):

@@ -323,6 +323,13 @@ def test_annotations_without_keypoints_are_other_things(annotations):
     assert len(read(annotations(lambda content: content["annotations"].append(other)))) == 12
 
 
+def test_images_without_people_may_have_one_name(annotations):
+    def listed(content):
+        content["images"] += [{"id": 10**6 + i, "file_name": "empty.jpg"} for i in range(2)]
+
+    assert len(read(annotations(listed))) == 12
+
+
 def test_annotation_of_an_unlisted_image(annotations):
     path = annotations(lambda content: content["annotations"][5].update(image_id=[7]))
     with pytest.raises(InputError, match=r"annotation 5: expected an image that the file lists, got '\[7\]'"):

@@ -274,6 +274,7 @@ def _half_an_array(path):
         ("b.csv", lambda path: path.write_bytes("höhe\n1".encode()), "a file that begins with 'höhe"),
         ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"no text(?!.*\\x)"),
         ("clip.mp4", lambda path: path.write_bytes(b"\x89PNG\r\n"), "a PNG image"),
+        ("a.csv", lambda path: path.write_text("frame,x0\n", encoding="utf-16"), "save it as UTF-8"),
         ("a.mat", lambda path: path.write_bytes(b"MATLAB 5.0 MAT-file"), "save the joints as .npy"),
         ("a.webp", lambda path: path.write_bytes(b"RIFFF~\x0b\x00WEBPVP8X"), r"a WebP image(?!.*\\x)"),
         ("a", lambda path: path.mkdir(), "a folder without files"),
