@@ -37,10 +37,9 @@ from ..pipeline.signals.filters import breaks
 from .lift import Lift
 
 THE_ANGLES = "the angles"  # what the notice `errors-unknown` says it of
-_ADVICE = (
-    "; give the video's keypoints and the size of its images too (--set read.image_size=WIDTHxHEIGHT), or a file of "
-    "its errors (--set angles.errors=FILE)"
-)
+# What else the built-in lifter needs to lift the same take.
+_KEYPOINTS = "the video's keypoints too, or "
+_SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT), or "
 
 
 @dataclass(frozen=True)
@@ -97,12 +96,19 @@ class Angles:
             reason = "the given file is for poses that were estimated in camera axes, and these were not"
             why = notice("errors-unknown", weight="warning", what=THE_ANGLES, reason=reason)
         elif basis == "none":
-            why = errors_unknown(poses)
+            why = errors_unknown(poses, _lacking(take))
         return take.saying(*doubts, *_notices(columns), *([why] if why else []))
 
 
-def errors_unknown(poses: PoseSequence) -> Notice | None:
-    """Why the errors of these poses' angles are not known; None where the poses were measured."""
+def _lacking(take: Take) -> str:
+    if take.keypoints is None:
+        return _KEYPOINTS
+    return _SIZE if take.image_size is None else ""
+
+
+def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None:
+    """Why the errors of these poses' angles are not known; None where the poses were measured. more: what would tell
+    them, besides a file."""
     if poses.made_by.kind == "measured":
         return None
     if poses.made_by.kind == "unknown":
@@ -112,13 +118,14 @@ def errors_unknown(poses: PoseSequence) -> Notice | None:
         return notice("errors-unknown", what=THE_ANGLES, reason=why)
     by = f" by {poses.made_by.by}" if poses.made_by.by else ""
     why = f"the poses were estimated{by}, and this estimator was not compared with ground truth"
-    return notice("errors-unknown", what=THE_ANGLES, reason=why + (_ADVICE if poses.lifted else ""))
+    advice = f"; give {more}a file of its errors (--set angles.errors=FILE)" if poses.lifted else ""
+    return notice("errors-unknown", what=THE_ANGLES, reason=why + advice)
 
 
 def _second(take: Take) -> PoseSequence | None:
     """The built-in lifter's poses of the take's keypoints; None where it cannot lift them, as those of two people, or
     there are none."""
-    if take.keypoints is None or take.image_size is None or not take.need("rectified").level_ok:
+    if _lacking(take) or not take.need("rectified").level_ok:
         return None
     try:
         return Lift().poses_of(take.with_(poses=None))

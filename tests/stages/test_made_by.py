@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from golden.jumps import jumping
+from golden.walks import SIZE
+from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame, rotate
@@ -183,3 +185,20 @@ def test_what_rests_on_an_estimators_path_has_no_error(walk, seen, camera):
     )
     assert own["walking"]["walking_speed"] > 0
     assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
+
+
+def test_what_would_tell_the_errors_is_what_is_missing(walk, keypoints, camera):
+    """Keypoints were asked for that had been given: the size of their image was missing, or they were of few frames."""
+    poses = camera_poses(walk, camera).with_(made_by=MadeBy("estimated", "another lifter"))
+    few = keypoints.rows(0, len(keypoints) // 4)
+
+    def said(**beside) -> str:
+        return unknown(STAGES(Take("take", poses=poses, **beside)))[THE_ANGLES]
+
+    assert "keypoints" in said()
+    without_size = said(keypoints=keypoints)
+    assert "read.image_size" in without_size
+    assert "keypoints" not in without_size
+    with_both = said(keypoints=few, told=Told(image_size=SIZE))
+    assert "angles.errors" in with_both
+    assert not any(word in with_both for word in ("keypoints", "image_size"))
