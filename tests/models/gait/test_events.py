@@ -153,6 +153,14 @@ def test_who_walks_back_swings_the_other_way_and_loses_no_step(steps, swing_deg)
         assert not any(step.start_s < turns_s < step.stop_s for step in walk)
 
 
+def test_each_walk_of_a_take_has_its_own_swing():
+    """Three steps with the pelvis to one side, and after a rest many with it to the other."""
+    lands_s = np.r_[1.0:2.6:0.5, 4.5:7.6:0.5]
+    swings = (-1.0) ** np.arange(len(lands_s))
+    facing = np.interp(TIME, lands_s, swings * np.where(lands_s < 3, 25, -25))
+    assert [len(walk) for walk in walks(*walked(lands_s, 0.6), TIME, 0.25, facing_deg=facing)] == [3, 6]
+
+
 def test_a_turn_ends_a_walk_though_a_landing_faces_nobody_knows_where():
     feet, between = limping(0.6, 0.6)
     facing = np.where(TIME < 3.1, 0.0, 60.0)
