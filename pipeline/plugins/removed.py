@@ -1,8 +1,9 @@
 """What there was before the first release and is not any more, with what to do instead: removed.toml.
 
 Its only callers stand where an unknown name is refused: commands and flags in pipeline/cli.py, plug-ins in registry.py,
-settings in pipeline/reading/settings.py and pipeline/running/recipe.py, reports and configs of trainings in models/lab,
-names of Python in __init__.py. They, this module and the table go with the first release.
+settings in pipeline/reading/settings.py, pipeline/running/recipe.py and stages/study/batch/manifest.py, reports and
+configs of trainings in models/lab, names of Python in __init__.py. They, this module and the table go with the first
+release.
 """
 
 from __future__ import annotations

@@ -14,8 +14,9 @@ from ....pipeline.core.system import is_file_name
 from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.plugins.removed import refuse_removed
 from ....pipeline.reading.load import adapters, recognises
-from ....pipeline.reading.settings import RunOptions, is_repeatable
+from ....pipeline.reading.settings import READ, RunOptions, is_repeatable
 from ....pipeline.running.recipe import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
@@ -94,13 +95,15 @@ def read_entries(source: Path, common: Mapping[str, str]) -> tuple[Entry, ...]:
 
 def _column(name: str, where: str) -> str:
     """An option's name as Python writes it, or a setting as --set has it; InputError for one that is not known."""
-    column = name.strip().lstrip("-").replace("-", "_").removeprefix("read.")
+    column = name.strip().lstrip("-").replace("-", "_").removeprefix(f"{READ}.")
     if "." in column or column in registry.registered("stages"):
         return column
     column = "options" if column.lower() == "option" else column.lower()  # the only flag of another name
     columns = ("name", *LABELS, *_FIELDS)
     if column not in columns:
-        hint = did_you_mean(column, columns)
+        with naming(where):
+            refuse_removed("settings", f"{READ}.{column}")
+        hint = "put commas between columns" if ";" in name else did_you_mean(column, columns)
         raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
     return column
 

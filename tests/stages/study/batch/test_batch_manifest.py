@@ -9,6 +9,7 @@ import pytest
 
 from commands import recipe_of
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.plugins.removed import removed
 from pcnet3d.stages.study.batch.manifest import read_entries
 from refusals import refused
 
@@ -66,7 +67,8 @@ def test_a_flag_that_a_take_switches_off_wins_over_the_common_one(study):
         ((), ["no take"]),
         (("poses,staturе", "a.npy,1"), ["stat", "did you mean stature"]),
         (("pose", "a.npy"), ["'pose'", "did you mean poses"]),
-        (("poses;fps", "a.npy;30"), ["'poses;fps'", "did you mean"]),
+        (("poses;fps", "a.npy;30"), ["'poses;fps'", "commas"]),
+        (("poses,swaps", "a.npy,mask"), ["manifest.csv", removed()["settings"]["read.swaps"]]),
         (("poses,poses", "a.npy,b.npy"), ["'poses'", "twice"]),
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
