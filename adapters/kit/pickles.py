@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import pickle
 import re
-import reprlib
 import sys
 from collections.abc import Callable
 from io import BytesIO
@@ -45,7 +44,8 @@ def _array(*_: Any) -> np.ndarray:
 def _dtype(text: Any, *_: Any) -> np.dtype:
     """The order of its bytes comes in a state after it. Other texts could make a type of millions of parts."""
     if not isinstance(text, str) or not _TYPE.fullmatch(text):
-        raise InputError("wrong-content", f"expected arrays of numbers, got one of {reprlib.repr(text)}.")
+        kind = text if isinstance(text, str) else type(text).__name__
+        raise InputError("wrong-content", f"expected arrays of numbers, got one of {kind:.60}.")
     return np.dtype(text)
 
 
@@ -58,12 +58,19 @@ def _from_buffer(raw: Any, dtype: Any, shape: Any, order: Any, *_: Any) -> np.nd
 def _check(shape: Any, dtype: Any, held: Any) -> None:
     """ValueError unless these are the bytes, or the objects, of an array of that shape and type. numpy does not look:
     it would take the bytes for where in memory objects are, or write all of a shape that names itself into an error."""
-    if isinstance(dtype, np.dtype) and type(shape) is tuple and len(shape) <= _MOST_AXES:
+    if isinstance(dtype, np.dtype):
         kind, size = (list, 1) if dtype.kind == "O" else (bytes, max(dtype.itemsize, 1))
-        lengths = all(type(length) is int and length >= 0 for length in shape)
-        if type(held) is kind and lengths and math.prod(shape) * size == len(held):
+        if type(held) is kind and _count(shape) * size == len(held):
             return
     raise ValueError("an array has other values than its shape and type say")
+
+
+def _count(shape: Any) -> int:
+    """Of the values of an array; ValueError for what is no shape. The product of many lengths takes for ever."""
+    plain = type(shape) is tuple and len(shape) <= _MOST_AXES
+    if not plain or not all(type(length) is int and length >= 0 for length in shape):
+        raise ValueError("the shape of an array is none")
+    return math.prod(shape)
 
 
 _NAMES = {
@@ -124,7 +131,7 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
         """The array (...,) whose bytes come next in the file."""
         if state.get("numpy_array_alignment_bytes") is not None:
             self.stream.read(self.stream.read(1)[0])
-        raw = self.stream.read(math.prod(map(int, state["shape"])) * state["dtype"].itemsize)
+        raw = self.stream.read(_count(state["shape"]) * state["dtype"].itemsize)
         return _from_buffer(raw, state["dtype"], state["shape"], "F" if state["order"] == "F" else "C")
 
     dispatch[pickle.BUILD[0]] = load_build

@@ -454,6 +454,19 @@ REPEATED = {  # what is short and asks for much
     + b"f8," * 100_000
     + b"\x85R"
     + STOP,
+    "a type in itself in an array": array(b"K\x01\x85", b"O8", b"]" + twice_in_tuples(40) + b"a")[:-1]
+    + b"\x940"
+    + DTYPE
+    + b"h\x00\x85R"
+    + STOP,
+    "a shape of many lengths": HEAD
+    + WRAPPER
+    + b")\x81}(\x8c\x05shape("
+    + (b"\x8a\x08" + b"\x7f" * 8) * 50_000
+    + b"t\x8c\x05dtype"
+    + SMALL
+    + b"\x8c\x05orderNub"
+    + STOP,
     "a list in itself that is changed": HEAD + twice(40) + b"}b" + STOP,
     "a key in itself": HEAD + b"}" + twice_in_tuples(40) + b"Ns" + STOP,
     "a key in itself, of a dict of old": HEAD + b"(" + twice_in_tuples(40) + b"Nd" + STOP,
