@@ -213,7 +213,8 @@ def _counted(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
     return counted
 
 
-for _code in (pickle.REDUCE, pickle.BUILD, pickle.NEWOBJ, pickle.NEWOBJ_EX, pickle.OBJ, pickle.INST):
+_MAKING = (pickle.REDUCE, pickle.BUILD, pickle.NEWOBJ, pickle.NEWOBJ_EX, pickle.OBJ, pickle.INST)
+for _code in (*_MAKING, pickle.EMPTY_DICT, pickle.EMPTY_LIST):
     _Reader.dispatch[_code[0]] = _counted(_Reader.dispatch[_code[0]])
 
 

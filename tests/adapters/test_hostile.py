@@ -474,6 +474,7 @@ REPEATED = {  # what is short and asks for much
     "a set of itself at once": b"\x80\x04(" + twice_in_tuples(40) + b"\x91" + STOP,
     "a text as bytes again and again": again(named("_codecs", "encode") + b"h\x00\x8c\x06latin1\x86R"),
     "a text as an object again and again": again(b"(" + named("_codecs", "encode") + b"h\x00\x8c\x06latin1o"),
+    "hundreds of thousands of empty dicts": HEAD + b"(" + b"}" * 500_000 + b"t" + STOP,
     "objects again and again": HEAD
     + b"]("
     + b"N" * 100_000
