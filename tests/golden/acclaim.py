@@ -1,4 +1,4 @@
-"""Acclaim skeletons and motions: two bones, and the golden skeleton as CMU names it."""
+"""Acclaim skeletons and motions: the golden skeleton as CMU names it."""
 
 from pathlib import Path
 
@@ -6,12 +6,12 @@ import numpy as np
 
 from golden.skeleton import SKELETON
 
-TWO = """# made by a test
+HEAD = """# made by a test
 :version 1.10
 :units
   mass 1.0
-  length {length}
-  angle {angle}
+  length 0.45
+  angle deg
 :documentation
    begin of nothing
 :root
@@ -19,28 +19,6 @@ TWO = """# made by a test
    axis XYZ
    position 0 0 0
    orientation 0 0 0
-:bonedata
-  begin
-     id 1
-     name one
-     direction 0 1 0
-     length 2
-     axis {axis} XYZ
-     dof {dof}
-     limits (-1 1)
-  end
-  begin
-     id 2
-     name two
-     direction 1 0 0
-     length 1
-     axis 0 0 0 XYZ
-  end
-:hierarchy
-  begin
-    root one
-    one two
-  end
 """
 # The joints that begin a bone, as CMU names them, by the joints of the golden skeleton.
 CMU = {
@@ -72,8 +50,7 @@ def asf(axes):
         bone(f"to{CMU[joint]}", offset, False, above, (0, 0, 0))
         bone(CMU[joint], (0, 0, 0), True, f"to{CMU[joint]}", axes[joint])
     lines = ["begin", *(f" {parent} {' '.join(children)}" for parent, children in hierarchy.items()), "end"]
-    head = TWO[: TWO.index(":bonedata")].format(length=0.45, angle="deg")
-    return head + ":bonedata\n" + "\n".join(bones) + "\n:hierarchy\n" + "\n".join(lines) + "\n"
+    return HEAD + ":bonedata\n" + "\n".join(bones) + "\n:hierarchy\n" + "\n".join(lines) + "\n"
 
 
 def amc(frames):

@@ -1,11 +1,10 @@
 """Errors with known answers."""
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.common.metrics import joint_error, relative
-from pcnet3d.models.lab.cases import procrustes_error, scaled, sorting
+from pcnet3d.models.lab.cases import procrustes_error, scaled
 from pcnet3d.pipeline import rotate
 
 
@@ -23,10 +22,3 @@ def test_scale_rotation_and_shift_are_taken_out_but_no_mirror_and_missing_frames
     for error in (joint_error(scaled(lifted, truth), truth), procrustes_error(lifted, truth)):
         np.testing.assert_array_equal(np.isnan(error), np.arange(7) == 2)
     assert np.isfinite(joint_error(scaled(lifted, truth, "take"), truth)[[0, 1, 3]]).all()
-
-
-def test_sorting_is_rank_correlation_of_what_is_known():
-    true = np.array([1.0, 2.0, 3.0, 4.0, np.nan])
-    assert sorting(np.array([1.0, 4.0, 9.0, 16.0, 0.0]), true) == pytest.approx(1)
-    assert sorting(-true, true) == pytest.approx(-1)
-    assert np.isnan(sorting(np.full(5, 8.0), true))

@@ -32,9 +32,7 @@ from pcnet3d.pipeline.signals.angles import OF_BOTH
 from refusals import refused
 
 
-def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_ones_put_in_their_place(
-    tmp_path,
-):
+def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_ones_made(tmp_path):
     shipped, missing, source = (tmp_path / f"{name}.json" for name in ("shipped", "missing", "source"))
     source.write_text("1")
     out = tmp_path / "out"
@@ -59,10 +57,8 @@ def test_a_stopped_refit_goes_on_where_it_was_and_later_steps_see_what_earlier_o
 def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
     for name, (do, _) in steps().items():
         signature(do).bind(tmp_path / name)  # all that it is given
-    noise, repeatability, judged = (place for _, place in steps().values())
-    assert noise.name == "joint_noise.json"
-    assert repeatability.name == "repeatability.json"
-    assert judged is None
+    names = [place and place.name for _, place in steps().values()]
+    assert names == ["joint_noise.json", "repeatability.json", None]
 
 
 @pytest.mark.data
@@ -92,7 +88,6 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
         pixels = camera.project(joints)
         assert (joints[..., 2] > 0).all()
         assert ((pixels >= 0) & (pixels <= camera.image_size[0])).all()
-    assert (again.position - first.position).norm() > 0
 
 
 def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):

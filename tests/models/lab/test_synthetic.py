@@ -13,14 +13,12 @@ from pcnet3d.models.lab.synthetic import (
     TYPICAL,
     WILD,
     BodyRange,
-    Cameras,
     Draw,
     Noise,
     NumpyDraw,
     Spoilt,
     ViewRange,
     hidden_joints,
-    in_profile,
     mirror,
     paper_angles,
     place,
@@ -30,7 +28,6 @@ from pcnet3d.models.lab.synthetic import (
 )
 from pcnet3d.models.lab.training.rectifier import read_lifted
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.layouts import LIMBS
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from refusals import refused
@@ -62,39 +59,17 @@ def test_bones_change_by_their_factors_and_keep_their_directions(joints, rng):
     np.testing.assert_allclose(mirror(joints)[..., left, :], joints[..., right, :] * [-1, 1, 1])
 
 
-def test_longer_legs_keep_the_feet_on_the_floor(standing):
-    upright = np.tile(standing, (1, 2, 1, 1))
-    upright[..., 2] -= upright[..., H36M17.index("l_ankle"), 2].min()
-    factors = np.ones((1, 17))
-    factors[:, H36M17.indices(("l_knee", "r_knee", "l_ankle", "r_ankle"))] = 1.2
-    ankle, pelvis = H36M17.index("l_ankle"), H36M17.index("pelvis")
-    resized = resize(upright, factors)
-    np.testing.assert_allclose(resized[..., ankle, 2], upright[..., ankle, 2], atol=0.02)
-    np.testing.assert_allclose(resized[..., pelvis, 2], 1.2 * upright[..., pelvis, 2], atol=0.02)
-
-
 def test_combined_motions_keep_the_legs_of_one_and_the_arms_of_the_other(joints, rng):
-    def with_hips(joints, heading_deg):
-        """Joints whose hip axis is level and points that way."""
-        out, angle = joints.copy(), np.radians(heading_deg)
-        for name, sign in (("l_hip", 0.1), ("r_hip", -0.1)):
-            out[..., H36M17.index(name), :] = out[..., 0, :] + sign * np.array(
-                [np.cos(angle), np.sin(angle), 0]
-            )
-        return out
-
-    def combined(lower, upper):
-        return module.combine(*(torch.from_numpy(np.ascontiguousarray(x)) for x in (lower, upper))).numpy()
-
-    lower, upper = with_hips(joints, 20), with_hips(rng.normal(0, 0.5, joints.shape), 110)
-    out = combined(lower, upper)
-    np.testing.assert_array_equal(out[..., LOWER, :], lower[..., LOWER, :])
-    # The other motion's hips point 90 degrees further, so its upper body turns by -90 about the vertical.
-    x, y, z = np.moveaxis((upper - upper[..., :1, :])[..., UPPER, :], -1, 0)
-    np.testing.assert_allclose(out[..., UPPER, :] - out[..., :1, :], np.stack([y, -x, z], -1), atol=1e-9)
-    lying = with_hips(joints, 0)
-    lying[:, 4, H36M17.index("l_hip")] = lying[:, 4, 0] + [0.0, 0.0, 0.5]  # hips without a heading
-    np.testing.assert_array_equal(combined(lying, with_hips(joints[::-1], 0)), lying)
+    hip = np.array([0.08, 0.06, 0.0])
+    for name, side in (("l_hip", hip), ("r_hip", -hip)):
+        joints[..., H36M17.index(name), :] = joints[..., 0, :] + side
+    expected = joints.copy()
+    expected[..., UPPER, :] += rng.normal(0, 0.2, (6, 9, len(UPPER), 3))
+    upper = 3 + expected[..., [1, 0, 2]] * [-1, 1, 1]  # that person elsewhere, turned by 90 degrees
+    combined = module.combine(*map(torch.from_numpy, (joints, upper))).numpy()
+    np.testing.assert_allclose(combined, expected, atol=1e-9)
+    joints[:, 4, H36M17.index("l_hip")] = joints[:, 4, 0] + [0.0, 0.0, 0.5]  # hips without a heading
+    np.testing.assert_array_equal(module.combine(*map(torch.from_numpy, (joints, upper))), joints)
 
 
 # Where people are in real videos, mirrored to one side: x, y, logarithm of the size, aspect.
@@ -113,19 +88,13 @@ def windows(rng):
     return torch.from_numpy(person + np.cumsum(rng.normal(0, 0.05, (40, 25, 1, 3)), axis=1))
 
 
-def test_people_stand_anywhere_inside_the_image(windows, draw):
-    cameras = place(windows, draw)
-    joints = cameras.to_camera(windows)
-    pixels, size = cameras.project(joints), cameras.image_size[:, None, None]
-    assert bool((joints[..., 2] > 0.9).all() and ((pixels >= 0) & (pixels <= size)).all())
-    where = pixels.mean(dim=(1, 2)) / cameras.image_size
-    assert bool((where.std(dim=0) > 0.1).all())
-
-
-def test_ranges_are_kept(windows, draw):
+def test_people_stand_anywhere_inside_the_image_and_ranges_are_kept(windows, draw):
     many = windows.repeat_interleave(10, 0)
     for of, (low, high), most in ((WILD, (-30, 45), 10.01), (TYPICAL, (-5, 25), 5.01)):
         cameras = place(many, draw, of)
+        pixels, size = cameras.project(cameras.to_camera(many)), cameras.image_size[:, None, None]
+        assert bool(((pixels >= 0) & (pixels <= size)).all())
+        assert bool(((pixels.mean(dim=(1, 2)) / cameras.image_size).std(dim=0) > 0.05).all())
         right, away = (cameras.R_camera_from_world[:, 0, row].numpy() for row in (0, 2))
         pitch = np.degrees(np.arcsin(-away[:, 2]))
         assert low <= pitch.min() < low + 5
@@ -134,16 +103,6 @@ def test_ranges_are_kept(windows, draw):
         assert np.abs(np.exp(1j * np.arctan2(away[:, 1], away[:, 0])).mean()) < 0.15  # all around
         ratio = (cameras.focal_px / cameras.image_size.amax(-1)).numpy()
         assert of.focal[0] <= ratio.min() < ratio.max() <= of.focal[1]
-
-
-def test_a_camera_one_metre_away_sees_half_a_metre_as_half_the_focal_length():
-    R = view_rotation(np.array(90.0), np.array(0.0), np.array(0.0))[None, None]
-    of = (R, np.zeros((1, 3)), np.array([1000.0]), np.array([[640.0, 480.0]]))
-    camera = Cameras(*map(torch.from_numpy, of))
-    # Looking along +y: +x of the world is to the right and +z of the world is up, so smaller in pixels.
-    points = torch.tensor([[[[0.5, 1.0, 0.0], [0.0, 1.0, 0.5]]]], dtype=torch.float64)
-    pixels = camera.project(camera.to_camera(points))
-    np.testing.assert_allclose(pixels[0], [[[320 + 500, 240], [320, 240 - 500]]])
 
 
 def test_people_are_placed_as_in_real_videos_and_a_share_is_before_typical_cameras(monkeypatch):
@@ -191,76 +150,58 @@ def detect(joints, noise=None, fps=30.0, draw=None, spoilt=None):
     return pixels, keypoints, confidence, np.ptp(pixels, axis=-2).max(axis=-1)[..., None, None]
 
 
-def errors(joints, noise=GAUSSIAN, fps=30.0):
-    pixels, keypoints, _, size = detect(joints, noise, fps)
-    return (keypoints - pixels) / size
-
-
 @pytest.mark.parametrize("fps", [15.0, 60.0])
-def test_size_of_the_error_and_its_correlation_in_time(fps):
-    error = errors(spread_arms(frames=600, count=20), fps=fps)
+def test_errors_have_their_size_and_last_and_behind_the_trunk_they_are_larger_and_trusted_less(fps):
+    joints = spread_arms(frames=600, count=20)
+    joints[..., ELBOW, :] = joints[..., H36M17.index("spine"), :] + [0, 0, 0.3]
+    pixels, keypoints, confidence, size = detect(joints, GAUSSIAN, fps)
+    error = (keypoints - pixels) / size
     std = error.std(axis=(0, 1, 3))
     np.testing.assert_allclose(std[H36M17.indices(("l_knee", "r_elbow", "spine"))], 0.015, rtol=0.06)
     np.testing.assert_allclose(std[H36M17.indices(("l_wrist", "r_ankle"))], 0.0225, rtol=0.06)
+    assert std[ELBOW] == pytest.approx(0.03, rel=0.06)
+    assert confidence[..., ELBOW].mean() < confidence[..., OTHER].mean() - 0.15
+    joints[..., ELBOW, 2] -= 0.6
+    assert not hidden_joints(joints).any()
     knee = error[:, :, H36M17.index("l_knee")]
     correlation = (knee[:, 1:] * knee[:, :-1]).mean() / (knee**2).mean()
     assert correlation == pytest.approx(0.8 ** (30 / fps), abs=0.02)
 
 
-def test_a_joint_behind_the_trunk_is_hidden_noisier_and_trusted_less():
-    joints = spread_arms(frames=400, count=10)
-    assert not hidden_joints(joints).any()
-    joints[..., ELBOW, :] = joints[..., H36M17.index("spine"), :] + [0, 0, 0.3]
-    assert hidden_joints(joints)[..., ELBOW].all()
-    pixels, keypoints, confidence, _ = detect(joints, GAUSSIAN)
-    error = keypoints - pixels
-    assert error[..., ELBOW, :].std() / error[..., OTHER, :].std() == pytest.approx(2, rel=0.05)
-    assert confidence[..., ELBOW].mean() < confidence[..., OTHER].mean() - 0.15
-    joints[..., ELBOW, 2] -= 0.6
-    assert not hidden_joints(joints)[..., ELBOW].any()
-
-
-def test_swaps_happen_in_profile_only_and_exchange_whole_limbs():
-    assert not in_profile(spread_arms(turned_deg=45)).any()
-    noise = Noise(std=0, outliers=0, missing_rate=0, absent_rate=0)
-    assert np.abs(errors(spread_arms(frames=300, count=5), noise)).max() == 0
-    side = spread_arms(frames=300, count=5, turned_deg=90)
-    assert in_profile(side).all()
-    pixels, keypoints, *_ = detect(side, noise)
-    left, right = (H36M17.indices([f"{s}_{p}" for p in ("hip", "knee", "ankle")]) for s in "lr")
-    swapped = (keypoints[..., left, :] == pixels[..., right, :]).all(axis=(-2, -1))
-    assert (swapped ^ (keypoints[..., left, :] == pixels[..., left, :]).all(axis=(-2, -1))).all()
-    assert 0.05 < swapped.mean() < 0.3
-    assert swapped.sum() / (np.abs(np.diff(swapped.astype(int), axis=1)).sum() / 2) > 4  # runs
-
-
-def test_missing_joints_are_nan_without_confidence_and_outliers_as_far_as_stated():
-    _, keypoints, confidence, _ = detect(spread_arms(frames=500, count=10))
-    lost = np.isnan(keypoints).all(axis=-1)
-    np.testing.assert_array_equal(lost, confidence == 0)
-    assert 0.003 < lost.mean() < 0.05
-    noise = Noise(std=0, swap_rate=0, missing_rate=0, absent_rate=0, outliers=0.01)
-    apart = np.linalg.norm(errors(spread_arms(frames=500, count=20), noise), axis=-1)
-    far = apart[apart > 1e-9]
-    assert len(far) / apart.size == pytest.approx(0.01, rel=0.1)
-    assert 0.0999 <= far.min() < far.max() <= 0.3001
-
-
-def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen():
-    def lost(**spoilt):
-        """(17,) shares of what a training draws."""
-        joints = spread_arms(5, 400).astype(np.float32)
-        return np.isnan(detect(joints, draw=Draw(0, 0), spoilt=Spoilt(**spoilt))[1]).any(-1).mean((0, 1))
-
-    plain, cut = lost(), lost(truncated=1.0)
-    assert (cut[LEGS] > plain[LEGS] + 0.2).all()
-    assert cut[H36M17.index("head")] < 0.3
-    absent = lost(absent={"nose": 1.0, "head": 0.5})
-    assert absent[H36M17.index("nose")] == 1
-    assert absent[H36M17.index("head")] == pytest.approx(0.5, abs=0.1)
-    occluded = lost(occluded=1.0) - plain
-    assert 0.02 < occluded[LEGS].mean() < 0.5
-    assert np.abs(occluded[H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).max() < 0.05
+@pytest.mark.parametrize(
+    ("rates", "spoilt", "turned_deg", "low", "high"),
+    [
+        ({}, {}, 0, 0, 0),
+        ({"outliers": 0.01}, {}, 0, 0.009, 0.011),
+        ({"swap_rate": 0.02}, {}, 45, 0, 0),
+        ({"swap_rate": 0.02}, {}, 90, 0.05, 0.3),
+        ({"missing_rate": 0.001}, {}, 0, 0.005, 0.015),
+        ({"absent_rate": 0.003}, {}, 0, 0.012, 0.035),
+        ({}, {"truncated": 1.0}, 0, 0.2, 0.8),
+        ({}, {"occluded": 1.0}, 0, 0.02, 0.5),
+        ({}, {"absent": {"l_ankle": 1.0, "r_ankle": 0.5}}, 0, 0.33, 0.42),
+    ],
+)
+def test_what_spoils_keypoints_has_the_share_and_size_that_is_stated(rates, spoilt, turned_deg, low, high):
+    """Of legs; joints of the trunk are not occluded, and of the head less is cut off."""
+    noise = Noise(
+        **dict.fromkeys(("std", "outliers", "swap_rate", "missing_rate", "absent_rate"), 0.0) | rates
+    )
+    joints = spread_arms(300, 40, turned_deg).astype(np.float32)
+    pixels, keypoints, confidence, size = detect(joints, noise, draw=Draw(0, 0), spoilt=Spoilt(**spoilt))
+    np.testing.assert_array_equal(np.isnan(keypoints).all(-1), confidence == 0)
+    wrong = (keypoints != pixels).any(-1)
+    assert low <= wrong[..., LEGS].mean() <= high
+    if "swap_rate" in rates:
+        mirrored = pixels[..., H36M17.mirror, :]
+        np.testing.assert_array_equal(keypoints[wrong], mirrored[wrong])  # whole limbs, in runs
+        assert not wrong.any() or wrong.sum() > 4 * (np.diff(wrong.astype(int), axis=1) > 0).sum()
+    elif "outliers" in rates:
+        far = (np.linalg.norm(keypoints - pixels, axis=-1) / size[..., 0])[wrong]
+        assert 0.0999 <= far.min() < far.max() <= 0.3001
+    elif spoilt:
+        upper = wrong[..., H36M17.indices(("head", "thorax"))].mean((0, 1))
+        assert (upper < [0.3, 0.3 if "truncated" in spoilt else 1e-9]).all()
 
 
 def test_the_published_mixture():
@@ -274,19 +215,15 @@ def test_the_published_mixture():
     assert ((yaw > 100) & (yaw < 140)).mean() < 0.02
 
 
-@pytest.mark.parametrize(
-    ("view", "angles", "up"),
-    [
-        # Yaw last: the camera of the paper's mixture rolls when the subject stands sideways and "pitches".
-        ("paper", (0, 20, 90), (-np.sin(np.radians(20)), -np.cos(np.radians(20)), 0)),
-        # Yaw first: a camera that is really pitched sees up lean away from it whatever the heading.
-        ("wide", (0, 20, 90), (0, -np.cos(np.radians(20)), np.sin(np.radians(20)))),
-    ],
-)
-def test_pitch_tilts_body_or_camera(view, angles, up, monkeypatch):
-    values = tuple(np.array([float(a)]) for a in angles)
-    monkeypatch.setattr(f"pcnet3d.models.lab.synthetic.{view}_angles", lambda rng, count: values)
-    np.testing.assert_allclose(views(view, np.random.default_rng(0), 1)[0, :, 2], up, atol=1e-9)
+@pytest.mark.parametrize(("view", "forward"), [("paper", (-1, 0)), ("wide", (0, 1))])
+def test_pitch_tilts_body_or_camera(view, forward, monkeypatch):
+    """Yaw last: the camera of the paper's mixture rolls when the subject stands sideways and "pitches". Yaw first: a
+    camera that is really pitched sees up lean away from it whatever the heading."""
+    values = tuple(np.array([angle]) for angle in (0.0, 20.0, 90.0))
+    monkeypatch.setattr(module, f"{view}_angles", lambda rng, count: values)
+    c, s = np.cos(np.radians(20)), np.sin(np.radians(20))
+    up = views(view, np.random.default_rng(0), 1)[0, :, 2]
+    np.testing.assert_allclose(up, [s * forward[0], -c, s * forward[1]], atol=1e-9)
 
 
 def test_the_joints_seen_have_the_rotation_asked_for_to_the_body_or_to_the_worlds_axes(standing):

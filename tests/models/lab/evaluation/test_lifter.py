@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from golden.virtual import exact, walked
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.beds import LiftedTake
 from pcnet3d.models.lab.evaluation.lifter import groups_of, lift_errors, motion_classes, summary
 from pcnet3d.models.lifter.features import body_rays
@@ -40,15 +39,6 @@ def test_whose_weight_is_behind_the_feet_sits(standing, ahead_m, name):
         standing[:, H36M17.index(f"{side}_knee")] = hip - [0.42, 0, 0]
         standing[:, H36M17.index(f"{side}_ankle")] = hip - [ahead_m, 0, 0.4]
     assert of(standing) == {name}
-
-
-def test_the_walker_walks_and_squats():
-    walk = walker(seconds=16, turn_deg=0)
-    classes = motion_classes(walk.world, walk.fps)
-    assert classes["walking"][walk.time_s < walk.phases_s["walk"][1] - 1.5].all()
-    assert classes["squatting"][walk.angles_deg["l_knee_flexion_deg"] > 90].all()
-    assert not classes["squatting"][~walk.during("squat")].any()
-    assert not classes["sitting"].any()
 
 
 def figures_of(take, group):

@@ -8,7 +8,6 @@ import pytest
 
 from golden.virtual import walked
 from pcnet3d.models.gravity.view import known_camera
-from pcnet3d.models.lab import beds as runs
 from pcnet3d.models.lab import beds as testbed
 from pcnet3d.models.lab.beds import BALANCING, STANDING, Configuration, finished
 from pcnet3d.models.lab.evaluation.errors import statements
@@ -42,7 +41,7 @@ def walk(monkeypatch, tmp_path):
     monkeypatch.setattr(testbed, "read_cameras", lambda folder: {"cam": camera})
     monkeypatch.setattr(testbed, "read_limbs", lambda folder: None if "static" in folder.name else limbs)
     monkeypatch.setattr(testbed, "read_seen", lambda path: (video, keypoints))
-    monkeypatch.setattr(runs, "camera_of", lambda *_: known_camera(SIZE, 1500.0, None))
+    monkeypatch.setattr(testbed, "camera_of", lambda *_: known_camera(SIZE, 1500.0, None))
 
 
 def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds(walk):
@@ -68,19 +67,3 @@ def test_a_take_is_known_by_its_limbs_and_seen_by_the_keypoints_that_a_run_finds
     assert np.isnan([*of_none.values()]).all()
     (still,) = finished(Configuration(real=STANDING, image=True))
     assert [keys for keys, _ in row(still)] == [("levelled",), ("up_deg",), ("stated_deg",)]
-
-
-def test_the_detector_looks_as_often_as_in_a_run(monkeypatch, tmp_path):
-    """It looked once: joints of the real take were 84 mm off in place of 77."""
-    asked = {}
-
-    def load(detector, **options):
-        asked.update(options)
-        raise NotImplementedError
-
-    monkeypatch.setattr(testbed, "load_detector", load)
-    monkeypatch.setattr(testbed, "data_folder", lambda: tmp_path)
-    monkeypatch.setattr(testbed, "read_video", lambda path: None)
-    with pytest.raises(NotImplementedError):
-        testbed.read_seen(tmp_path)
-    assert asked == {"looks": None}

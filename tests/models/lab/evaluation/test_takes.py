@@ -68,7 +68,6 @@ def test_a_tilt_that_all_frames_share_stays_jitter_goes_and_refused_takes_are_co
 
 
 def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(seen):
-    """And a perfect rotation nothing, whatever the lift is."""
     swing, perfect = SWING_M * (2 * np.pi) ** 2 / np.sqrt(2), answered(seen)
     of_take = perfect["oracle, a take"]
     level = replace(of_take.levelled, R_camera_from_level=seen.R_camera_from_world @ turn([1, 0, 0], 20))
@@ -77,5 +76,3 @@ def test_a_known_tilt_adds_a_known_part_to_vertical_and_horizontal(seen):
     assert of["tilted", "wrist", "vertical"] == pytest.approx(swing * (1 - np.cos(np.radians(20))), rel=0.03)
     off = swing * np.sin(np.radians(20)) / np.sqrt(2)
     assert of["tilted", "wrist", "horizontal"] == pytest.approx(off, rel=0.03)
-    noise = np.random.default_rng(0).normal(0, 0.02, seen.truth.shape)
-    assert dict(added(perfect, seen.truth + noise, seen))["oracle, a take", "ankle", "vertical"] < 1e-5

@@ -162,15 +162,8 @@ def test_clips_that_cannot_be_trained_on_are_refused(run, clips):
         module.whole_takes(clips)
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "words"),
-    [
-        ("pans = 0.2", "pans = 20", r"tiny\.toml: material\.pans"),
-        *((LENGTHS, f"lengths = {{ {of} }}", "lengths") for of in ("", "0 = 1.0", "1 = 0.0", "9 = inf")),
-        ("steps = 6", "steps = 6]", "TOML"),
-    ],
-)
-def test_a_wrong_config_is_refused_by_its_key(run, tmp_path, before, after, words):
-    with pytest.raises(InputError, match=words):
-        run((before, after))
+@pytest.mark.parametrize("lengths", ["", "0 = 1.0", "1 = 0.0", "9 = inf"])
+def test_windows_of_no_length_are_refused(run, tmp_path, lengths):
+    with pytest.raises(InputError, match="lengths"):
+        run((LENGTHS, f"lengths = {{ {lengths} }}"))
     assert not (tmp_path / "out").exists()

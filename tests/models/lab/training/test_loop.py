@@ -59,16 +59,6 @@ def test_the_rate_warms_up_stays_and_cools_down():
     np.testing.assert_allclose(cosine, [1, (2 + 2**0.5) / 4, 0.5, (2 - 2**0.5) / 4])
 
 
-def test_it_learns_matrices_by_muon_and_the_rest_by_adamw_with_decay_for_matrices_only(tmp_path):
-    net = network()
-    muon, adamw = module.optimisers_of(net, schedule(), [net[0].weight])
-    sizes = [[tuple(p.shape) for p in group["params"]] for group in (*muon.param_groups, *adamw.param_groups)]
-    assert sizes == [[(8, 4)], [(1, 8)], [(8,), (1,)]]
-    assert [group["weight_decay"] for group in adamw.param_groups] == [0.1, 0.0]
-    fit(tmp_path, steps=60, every=60, rate=0.05)
-    assert read_checkpoint(tmp_path)["best"] < 0.5 * score(network().eval())["score"]
-
-
 def test_killed_at_any_step_it_comes_to_the_same(tmp_path, monkeypatch):
     fit(tmp_path / "whole")
     monkeypatch.setattr(module, "SAVED_EVERY_S", 0.0)
@@ -113,7 +103,7 @@ def test_a_run_goes_on_with_its_own_config_and_what_it_learned_from_only(tmp_pat
     fit(tmp_path, learns_from=own)
 
 
-@pytest.mark.parametrize("what", ["cut", "pickled", "pickled by torch", "less", "another shape"])
+@pytest.mark.parametrize("what", ["cut", "pickled", "pickled by torch", "another shape"])
 @pytest.mark.filterwarnings("ignore")
 def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
     folder = tmp_path / "out"
@@ -124,9 +114,8 @@ def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
     elif what == "pickled":
         path.write_bytes(pickle.dumps(trap))
     else:
-        other = {name: value[..., :1] for name, value in kept["net"].items()}
-        values = {"pickled by torch": {"net": trap}, "less": {"net": kept["net"]}}
-        torch.save(values.get(what, kept | {"net": other}), path)
+        narrow = {name: value[..., :1] for name, value in kept["net"].items()}
+        torch.save(kept | {"net": trap if "torch" in what else narrow}, path)
     with refused("file-damaged", folder):
         fit(folder)
     assert not (tmp_path / "was-here").exists()
@@ -151,10 +140,3 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(tmp_path, where):
     kept = read_checkpoint(tmp_path)
     assert kept["step"] == 2
     assert all(torch.isfinite(value).all() for key in ("net", "average") for value in kept[key].values())
-
-
-def test_a_device_that_is_not_here(monkeypatch):
-    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
-    assert module.device_of("auto").type == "cpu"
-    with refused("no-device"):
-        module.device_of("cuda")
