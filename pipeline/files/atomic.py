@@ -119,15 +119,15 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
     path = path.resolve()
     _tidy_up(path)
     check_replaceable(path, force, inputs)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.name}.partial-{_us()}-{token_hex(4)}")
-        partial.mkdir()
-    except OSError as error:
-        raise InputError(
-            "cannot-write", f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
-        ) from None
-    try:
+    partial = path.with_name(f".{path.name}.partial-{_us()}-{token_hex(4)}")
+    try:  # the signal that ends a process may come while the folder is made
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            partial.mkdir()
+        except OSError as error:
+            raise InputError(
+                "cannot-write", f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
+            ) from None
         yield partial
         sign(partial)
         check_replaceable(path, force, inputs)  # somebody may have put something there meanwhile

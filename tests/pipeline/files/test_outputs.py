@@ -22,6 +22,19 @@ from pcnet3d.pipeline.running.run import run_people
 from refusals import refused
 
 
+def test_a_run_that_is_ended_while_its_folder_is_made_leaves_none(tmp_path, monkeypatch):
+    made = os.mkdir
+
+    def ended(path, *mode):
+        made(path, *mode)
+        raise SystemExit
+
+    monkeypatch.setattr(os, "mkdir", ended)
+    with pytest.raises(SystemExit), whole_folder(tmp_path / "out"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("old")
