@@ -11,8 +11,8 @@ from golden.virtual import walked
 from pcnet3d.models.angle_error.joint_noise import read_noise
 from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab import beds as module
-from pcnet3d.models.lab.beds import Configuration, finished, laid_down, see, write_takes
-from pcnet3d.models.lab.clips import Clip, trunk_lean_deg
+from pcnet3d.models.lab.beds import Configuration, at_rate, finished, laid_down, see, write_takes
+from pcnet3d.models.lab.clips import Clip, lying, trunk_lean_deg
 from pcnet3d.models.lab.evaluation import errors as report
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lifter.features import body_rays
@@ -39,7 +39,8 @@ def test_truth_fits_itself_and_another_seed_or_name_has_another_camera():
     centre = take.joints_camera[:, H36M17.indices(("pelvis", "thorax"))].mean(axis=1)
     along = np.einsum("tji,tj->ti", body_rays(take.joints_camera), centre)
     assert (np.abs(along[:, :2]) < 0.05 * along[:, 2:]).all()  # the body's centre lies on the ray
-    assert not take.lying.any()
+    leaning = np.random.default_rng(0).normal(size=(50, 17, 3))
+    np.testing.assert_array_equal(lying(leaning), trunk_lean_deg(leaning) > 60)
 
 
 def test_a_laid_body_lies_and_moves_as_before():
@@ -102,6 +103,7 @@ def test_a_take_is_finished_and_its_truth_is_that_of_its_frames(walk, asked, mos
     assert len(one.take.poses) == len(one.truth.truth)
     assert one.truth.up.shape == ((3,) if configuration.camera == "static" else (len(one.truth.truth), 3))
     assert tilt(one).mean() < most_deg
+    np.testing.assert_allclose(at_rate(walk, 60.0).joints[::2], walk.joints, atol=1e-5)
     assert np.isfinite(one.take.kinematics["r_knee_flexion_deg"]).any()
 
 

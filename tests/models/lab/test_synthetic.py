@@ -54,6 +54,7 @@ def test_bones_change_by_their_factors_and_keep_their_directions(joints, rng):
     ratio = bone_lengths(resized) / bone_lengths(joints)
     np.testing.assert_allclose(ratio, np.broadcast_to(factors[:, None, BONES[:, 1]], ratio.shape))
     assert ratio.std(axis=0).min() > 0.03
+    np.testing.assert_allclose(resize(joints, np.full((6, 17), 1.2)), 1.2 * joints)  # the path with the legs
     np.testing.assert_array_equal(factors, factors[:, H36M17.mirror])  # limbs of both sides alike
     left, right = H36M17.indices(("l_wrist", "r_wrist"))
     np.testing.assert_allclose(mirror(joints)[..., left, :], joints[..., right, :] * [-1, 1, 1])
