@@ -16,7 +16,7 @@ from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
 from ..pipeline.reading.bounds import grid_rows
 from ..pipeline.signals.checks import NEAR_S, strays_of
-from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
+from ..pipeline.signals.filters import BRIDGED_S, holes, monotone_slopes, on_spline, stretches
 from ..pipeline.signals.visibility import unseen
 
 _SHORTEST_S = 0.3  # of a span that a notice names
@@ -234,8 +234,6 @@ def _filled(
     count = 0
     if np.isfinite(joints).all():
         return joints, count
-    from scipy.interpolate import PchipInterpolator  # only here: it takes long to import
-
     clip = np.searchsorted(np.asarray(seams), np.arange(len(joints)), side="right")
     for joint in range(joints.shape[1]):
         visible = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
@@ -251,6 +249,6 @@ def _filled(
         rows = rows.astype(int)
         if len(rows):
             times, path = time_s[visible], joints[visible, joint].astype(np.float64)
-            joints[rows, joint] = PchipInterpolator(times, path)(time_s[rows])
+            joints[rows, joint] = on_spline(times, path, monotone_slopes(times, path), time_s[rows])
             count += len(rows)
     return joints, count

@@ -5,8 +5,8 @@ stamps, as of images that a phone dropped, is none: it is bridged, as `clean` fi
 stamps are not evenly spaced are brought to even ones by a cubic spline for the filter, and back.
 
 Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
-correction for two passes); de Boor, A Practical Guide to Splines, chapter 4 (as CubicSpline of scipy.interpolate, whose
-import takes as long as all the filtering of most takes).
+correction for two passes); de Boor, A Practical Guide to Splines, chapter 4 (as CubicSpline and PchipInterpolator of
+scipy.interpolate, whose import takes as long as all the filtering of most takes).
 """
 
 from __future__ import annotations
@@ -223,6 +223,34 @@ def smooth_slopes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return solve_banded((1, 1), bands, right.reshape(len(x), -1), check_finite=False).reshape(y.shape)
 
 
+def monotone_slopes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The slope (N, ...) at each of the increasing x (N,) of the spline through y (N, ...) that has no extreme between
+    rows: the weighted harmonic mean of the rises on both sides, 0 where they have other signs. Of two rows it is a
+    line."""
+    step = np.diff(x).reshape(-1, *[1] * (y.ndim - 1))
+    rise = np.diff(y, axis=0) / step
+    if len(x) == 2:
+        return np.concatenate([rise, rise])
+    before, after = 2 * step[1:] + step[:-1], step[1:] + 2 * step[:-1]
+    turns = (np.sign(rise[:-1]) != np.sign(rise[1:])) | (rise[:-1] == 0) | (rise[1:] == 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        between = (before + after) / (before / rise[:-1] + after / rise[1:])
+    ends = [
+        _end_slope(step[0], step[1], rise[0], rise[1]),
+        _end_slope(step[-1], step[-2], rise[-1], rise[-2]),
+    ]
+    return np.concatenate([ends[:1], np.where(turns, 0.0, between), ends[1:]])
+
+
+def _end_slope(
+    step: np.ndarray, next_step: np.ndarray, rise: np.ndarray, next_rise: np.ndarray
+) -> np.ndarray:
+    """Of the parabola through an end and the two rows beside it, within what keeps the spline monotone."""
+    slope = ((2 * step + next_step) * rise - step * next_rise) / (step + next_step)
+    steep = (np.sign(rise) != np.sign(next_rise)) & (np.abs(slope) > 3 * np.abs(rise))
+    return np.where(np.sign(slope) != np.sign(rise), 0.0, np.where(steep, 3 * rise, slope))
+
+
 def on_spline(x: np.ndarray, y: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
     """(M, ...) at `at` (M,) of the spline through y (N, ...) at increasing x (N,) with these slopes there; outside, of
     its first and last piece."""
@@ -282,9 +310,7 @@ def _between(time_s: np.ndarray, x: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     result = on_spline(time_s, x, smooth_slopes(time_s, x), at_s)
     inside = np.isin(np.searchsorted(time_s, at_s), holes(time_s))
     if inside.any():
-        from scipy.interpolate import PchipInterpolator  # only here: it takes long to import
-
-        result[inside] = PchipInterpolator(time_s, x)(at_s[inside])
+        result[inside] = on_spline(time_s, x, monotone_slopes(time_s, x), at_s[inside])
     return result
 
 

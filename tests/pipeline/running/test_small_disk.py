@@ -26,7 +26,7 @@ def test_a_recording_tells_a_full_disk_while_it_is_written(tmp_path):
 
 
 def _log_until_full(path, written):
-    with recording_file(path, rrb.Vertical(rrb.TimeSeriesView(origin="a"))) as file:
+    with recording_file(path, rrb.Vertical(rrb.TimeSeriesView(origin="a")), path) as file:
         for block in range(50):
             frames = np.arange(block * 10_000, (block + 1) * 10_000)
             scalars = rr.Scalars.columns(scalars=np.random.default_rng(block).normal(size=len(frames)))

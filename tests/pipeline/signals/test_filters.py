@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.ndimage import gaussian_filter1d, percentile_filter
 from scipy.signal import find_peaks
 
@@ -20,6 +20,7 @@ from pcnet3d.pipeline.signals.filters import (
     gaussian,
     holes,
     lowpass,
+    monotone_slopes,
     nearest_row,
     on_spline,
     peaks,
@@ -250,12 +251,15 @@ def test_a_plateau_is_one_peak_and_so_are_two_that_are_equally_high():
 
 @pytest.mark.parametrize("rows", [2, 3, 4, 5, 300])
 @pytest.mark.parametrize("shape", [(), (3,), (17, 3)])
-def test_curves_and_slopes_are_scipys(rows, shape):
+@pytest.mark.parametrize(
+    ("slopes_of", "reference"), [(smooth_slopes, CubicSpline), (monotone_slopes, PchipInterpolator)]
+)
+def test_curves_and_slopes_are_scipys(rows, shape, slopes_of, reference):
     rng = np.random.default_rng(rows)
     x = np.cumsum(rng.uniform(0.01, 0.1, rows))
     y = np.round(rng.normal(size=(rows, *shape)), 1)  # so coarse that neighbours are equal
     at = np.concatenate([x, rng.uniform(x[0], x[-1], 50)])
-    expected, slopes = CubicSpline(x, y), smooth_slopes(x, y)
+    expected, slopes = reference(x, y), slopes_of(x, y)
     np.testing.assert_allclose(on_spline(x, y, slopes, at), expected(at), atol=1e-12)
     np.testing.assert_allclose(slopes, expected(x, 1), rtol=1e-9, atol=1e-9)
 
