@@ -1,4 +1,4 @@
-"""Fit all that rests on the networks anew:  pcnet3d lab refit -o DIR
+"""Fit the errors of angles and of differences anew:  pcnet3d lab refit -o DIR
 
 To be run after a new lifter or rectifier, with the new networks in their places. Each step writes its own file into
 DIR, and puts it in its place in the package, for the next ones rest on it. A step whose file is there is not taken
@@ -97,7 +97,7 @@ def take_steps(folder: Path, of: Steps) -> None:
 
 
 def refit(output: Annotated[Path, Option("-o", "--output", help="Folder of the steps' files.")]) -> None:
-    """Fit all that rests on the networks anew, and judge it."""
+    """Fit the errors of angles and of differences anew, and judge all that runs state."""
     refuse_unwritable(output)
     take_steps(output.absolute(), steps())
 

@@ -13,9 +13,9 @@ from refusals import refused
 
 @pytest.mark.parametrize("report", ["takes", "errors"])
 def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, report, clips):
-    short = replace(clips["val"][0], joints=clips["val"][0].joints[:20])
+    short = replace(clips["val"][0], name="accad-m1_01", joints=clips["val"][0].joints[:20])
     monkeypatch.setattr(runs, "see", lambda *_, **__: pytest.fail("it works"))
-    monkeypatch.setattr(runs, "read_clips", lambda subjects: (short, *clips["tennis"]))
+    monkeypatch.setattr(runs, "read_clips", lambda subjects: (short, *clips["val"], *clips["tennis"]))
     with refused("nothing-usable"):
         reports.evaluate(report, tmp_path / "out")
     assert not (tmp_path / "out").exists()
